@@ -116,8 +116,7 @@ impl<'a> Shares<'a> {
                     continue; // several obstacles have the node, and what is tied is known to all
                 }
                 let lost = match claim {
-                    // Hardly anything of the node is met.
-                    None if is_obstacle(owner) => Lost::Behind,
+                    None if is_obstacle(owner) && shares.hardly_meets(dofs, number, node) => Lost::Behind,
                     None => Lost::AcrossEdge,
                     Some(_) if is_bonded(owner) && !is_bonded(number) => Lost::AcrossEdge,
                     Some(claim) if claim.is_beside(own) => Lost::Beside,
@@ -131,6 +130,11 @@ impl<'a> Shares<'a> {
             }
         }
         shares
+    }
+
+    /// Whether a node makes no claim because hardly anything of its faces meets the counterpart.
+    fn hardly_meets(&self, dofs: &DofMap, number: usize, node: u32) -> bool {
+        self.matched.get(&number).is_some_and(|matched| matched.hardly_meets(dofs, node))
     }
 
     fn claims(

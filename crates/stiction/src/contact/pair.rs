@@ -124,6 +124,11 @@ impl<'a> Matched<'a> {
         (moment / covered).abs()
     }
 
+    /// Whether a node that could not carry a multiplier is neither held nor one of both surfaces.
+    pub(super) fn hardly_meets(&self, dofs: &DofMap, node: u32) -> bool {
+        !self.others.contains(&node) && prescribed(dofs, node).iter().all(Option::is_none)
+    }
+
     /// Of the nodes that could carry a multiplier.
     pub(super) fn claims(&self, dofs: &DofMap) -> HashMap<u32, Claim> {
         let meets = self.surface.faces.iter().zip(&self.met).filter(|(_, met)| met.covered > 0.0);

@@ -104,6 +104,26 @@ fn three_plates_stand_on_one_another_in_any_order_of_their_contacts() {
     }
 }
 
+/// A block just above a floor that touches a wall: the wall is nearer to the nodes of the edge between, but it is not in front of the
+/// floor, on which the neighbours of these nodes could not carry for them.
+#[test]
+fn an_obstacle_keeps_the_nodes_of_an_edge() {
+    let run = solved(&format!(
+        "{}{}{STEEL}[[fix]]\non = \"w.x-max\"\n[[fix]]\non = \"a.x-min\"\ncomponents = \"x\"\n[[fix]]\non = \"a.y-min\"\n\
+         components = \"y\"\n[[load]]\non = \"a.z-max\"\npressure = 10\n{}{}",
+        part("a", [[10.0; 3], [0.0, 0.0, 1e-4]], [3, 3, 3], "hex8"),
+        part("w", [[2.0, 12.0, 12.0], [10.0, -1.0, -1.0]], [1, 4, 4], "hex8"),
+        contact("wall", "\"a.x-max\"", "\"w.x-min\""),
+        contact("floor", "\"a.z-min\"", FLOOR).replace("{ coulomb = 0.3 }", "\"none\""),
+    ));
+    let points = |name: &str| run.1.problem.labels.pairs.iter().find(|pair| pair.name == name).unwrap().points.len();
+    assert_eq!((points("wall"), points("floor")), (12, 16));
+    assert!(run.1.facts.warnings.is_empty());
+    // Friction of the wall may carry some of the load.
+    let floor = normal_force(&run, "floor");
+    assert!(floor > 700.0 && floor < 1000.0 * (1.0 + 1e-9), "{floor}");
+}
+
 /// Two stamps 0.5 apart on a softer plate, each a contact of its own.
 struct Stamps {
     element: &'static str,
