@@ -12,6 +12,7 @@ use super::points::claims_on_obstacle;
 use super::{ContactSurface, Counterpart, SurfaceFriction};
 use crate::fem::DofMap;
 use crate::mesh::Mesh;
+use crate::mesh::v3::{V3, dot};
 
 /// Distances that differ by less than this part of a face's size are the same, if one counterpart lies behind another.
 const ROUNDING: f64 = 1e-6;
@@ -19,19 +20,21 @@ const ROUNDING: f64 = 1e-6;
 const UNEVEN: f64 = 0.05;
 /// Two counterparts that lie beside one another cover no more than this part of the faces of a node.
 const WHOLE: f64 = 1.01;
+/// Nodes have normals with a larger cosine on one smooth side.
+const SIDE: f64 = 0.8;
 /// Areas that differ by less than this part are the same.
 const SAME_AREA: f64 = 1e-6;
 
 /// What a node, which could carry a multiplier, meets of the counterpart of a contact.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Claim {
     /// From the node to the counterpart before any load or given gap, whatever the sign; length.
     pub distance: f64,
     /// The area of the faces around the node under which the counterpart lies, and of all of them.
     pub covered: f64,
     pub whole: f64,
-    /// Those of these faces that meet the counterpart.
-    pub faces: Vec<u32>,
+    /// The unit normal of the node.
+    pub normal: V3,
 }
 
 /// Whether a node and its counterpart touch, or would if they came nearer by the size of the faces around the node, which have the area
@@ -40,30 +43,21 @@ pub(super) fn is_near(distance: f64, whole: f64) -> bool {
     distance.abs() <= whole.abs().sqrt()
 }
 
-/// For each node of some faces those of them around it.
-pub(super) fn faces_around<'f>(mesh: &Mesh, faces: impl Iterator<Item = &'f u32>) -> HashMap<u32, Vec<u32>> {
-    let mut around: HashMap<u32, Vec<u32>> = HashMap::new();
-    for &face in faces {
-        mesh.faces[face as usize].nodes().iter().for_each(|&node| around.entry(node).or_default().push(face));
-    }
-    around
-}
-
 impl Claim {
-    /// Whether the same faces meet both counterparts: otherwise there is an edge between them.
-    fn has_faces_of(&self, other: &Claim) -> bool {
-        self.faces.iter().any(|face| other.faces.contains(face))
+    /// Whether there is no sharp edge between the faces that meet both counterparts.
+    fn is_on_side_of(&self, other: &Claim) -> bool {
+        dot(self.normal, other.normal) > SIDE
     }
 
-    /// Whether both counterparts lie beside one another under the same faces, and neither in front of the other.
+    /// Whether both counterparts lie beside one another under one side, and neither in front of the other.
     fn is_beside(&self, other: &Claim) -> bool {
         let part = |claim: &Claim| claim.covered / claim.whole;
-        self.has_faces_of(other) && part(self) + part(other) <= WHOLE
+        self.is_on_side_of(other) && part(self) + part(other) <= WHOLE
     }
 
     /// Whether the counterpart of this lies in front of the other one.
     fn is_in_front_of(&self, other: &Claim) -> bool {
-        self.has_faces_of(other) && !other.is_as_near_as(self)
+        self.is_on_side_of(other) && !other.is_as_near_as(self)
     }
 
     fn is_as_near_as(&self, nearest: &Claim) -> bool {

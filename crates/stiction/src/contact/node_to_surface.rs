@@ -6,7 +6,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::claims::{Claim, Lost, faces_around as faces_around_nodes, is_near};
+use super::claims::{Claim, Lost, is_near};
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::held::{Below, is_held_along};
@@ -92,7 +92,6 @@ pub(super) fn claims_of_nodes(
     nodes: &[u32],
 ) -> HashMap<u32, Claim> {
     let found = Nodes::new(mesh, surface, master);
-    let around = faces_around_nodes(mesh, surface.faces.iter());
     let others: HashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();
     let of = |&node: &u32| {
         let (area, foot) = found.foot(node);
@@ -100,8 +99,7 @@ pub(super) fn claims_of_nodes(
         let free = prescribed(dofs, node).map(|value| value.is_none());
         let tied = || tied_frame_at(dofs, node, free).filter(|_| surface.friction == SurfaceFriction::Bonded);
         frame_at(dofs, node, normal, free, [false; 3]).or_else(tied)?;
-        let faces = around.get(&node)?.clone();
-        Some((node, Claim { distance, covered: area, whole: area, faces }))
+        Some((node, Claim { distance, covered: area, whole: area, normal }))
     };
     nodes.iter().filter_map(of).collect()
 }

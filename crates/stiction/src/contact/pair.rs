@@ -7,7 +7,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::claims::{Claim, Lost, faces_around, is_near};
+use super::claims::{Claim, Lost, is_near};
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::held::{Below, is_held_along};
@@ -131,13 +131,10 @@ impl<'a> Matched<'a> {
 
     /// Of the nodes that could carry a multiplier.
     pub(super) fn claims(&self, dofs: &DofMap) -> HashMap<u32, Claim> {
-        let meets = self.surface.faces.iter().zip(&self.met).filter(|(_, met)| met.covered > 0.0);
-        let around = faces_around(self.mesh, meets.map(|(face, _)| face));
         let of = |(&(node, normal), patch): (&(u32, V3), &TributaryArea)| {
             let Standing::Carries(_) = self.standing(dofs, node, normal, patch.area) else { return None };
-            let faces = around.get(&node)?.iter().copied().filter(|&face| self.patches.carries(face, node)).collect();
             let (distance, covered) = (self.distance(node), self.covered[&node][0]);
-            Some((node, Claim { distance, covered, whole: patch.area, faces }))
+            Some((node, Claim { distance, covered, whole: patch.area, normal }))
         };
         self.outward.iter().zip(&self.areas).filter_map(of).collect()
     }

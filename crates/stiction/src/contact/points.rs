@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::claims::{Claim, Lost, faces_around, is_near};
+use super::claims::{Claim, Lost, is_near};
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::mortar::FACING;
@@ -48,14 +48,12 @@ pub(super) fn claims_on_obstacle(
 ) -> HashMap<u32, Claim> {
     let facing = faces_that_look(mesh, &surface.faces, obstacle);
     let faces = facing.as_ref().unwrap_or(&surface.faces);
-    let around = faces_around(mesh, faces.iter());
     let of = |(patch, (node, outward)): (TributaryArea, (u32, [f64; 3]))| {
         let (distance, away) = obstacle.distance_facing(mesh.nodes[node as usize], outward)?;
         let free = prescribed(dofs, node).map(|value| value.is_none());
         let tied = || tied_frame_at(dofs, node, free).filter(|_| surface.friction == SurfaceFriction::Bonded);
         frame_at(dofs, node, away.map(|c| 0.0 - c), free, [false; 3]).or_else(tied)?;
-        let faces = around.get(&node)?.clone();
-        let claim = Claim { distance: distance.abs(), covered: patch.area, whole: patch.area, faces };
+        let claim = Claim { distance: distance.abs(), covered: patch.area, whole: patch.area, normal: outward };
         (facing.is_none() || dot(outward, away) < FACING).then_some((node, claim))
     };
     areas_on_obstacle(mesh, faces).into_iter().zip(nodal_normals(mesh, faces)).filter_map(of).collect()
