@@ -127,6 +127,7 @@ fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
     let tell: fn(&Stage) = |stage| match stage {
         Stage::Level(level) => println!("{}", level_line(level)),
         Stage::Note(what) => eprintln!("note: {what}"),
+        Stage::Warning(what) => eprintln!("warning: {what}"),
         _ => {}
     };
     let keep = Keep { folder: folder.clone(), resume: arguments.resume, tell };

@@ -145,6 +145,7 @@ impl Case {
         dict.set_item("cells", facts.mesh.cells.iter().map(|cells| cells.count).sum::<usize>())?;
         dict.set_item("volume", facts.mesh.volume)?;
         dict.set_item("load", facts.resultant().to_vec())?;
+        dict.set_item("warnings", &facts.warnings)?;
         dict.set_item("notes", &facts.notes)?;
         let contacts = PyDict::new(py);
         for contact in &facts.contacts {

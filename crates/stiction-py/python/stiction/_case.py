@@ -100,6 +100,8 @@ class Facts:
     """Resultant of all loads, ``(3,)``."""
     contacts: dict[str, dict[str, Any]]
     """For each contact its points, area, least and largest gap, and points that start inside the counterpart."""
+    warnings: list[str]
+    """What is probably not what was meant."""
     notes: list[str]
     """What a person should know and did not ask."""
 

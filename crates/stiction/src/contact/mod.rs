@@ -1,5 +1,6 @@
 //! Contact surfaces and obstacles; poses the [`ContactProblem`], the first waist of the program.
 
+mod claims;
 mod closest;
 mod division;
 pub mod equilibrium;
@@ -35,6 +36,7 @@ mod surface;
 mod triangles;
 mod tributary;
 
+pub(crate) use claims::sides_to_change;
 pub use division::Division;
 pub use law::Friction;
 pub use layer::InterfaceStiffness;
@@ -47,8 +49,8 @@ pub(crate) use pose::{bodies_of, centroid, pose_points};
 pub(crate) use posed::PosedPoints;
 pub use problem::{Bodies, Body, Contact, ContactProblem, Elastic, Labels, Pair, Supports};
 pub use rows::{ContactRows, contact_rows};
-pub(crate) use slave_choice::face_size;
 pub use slave_choice::{Reason, Role, choose_slave, reverse_where_constrained};
+pub(crate) use slave_choice::{face_size, may_change_sides};
 pub use surface::{
     Across, Coefficient, Cohesion, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH,
     SurfaceFacts, SurfaceFriction,

@@ -339,12 +339,14 @@ fn carriers(
 ///
 /// A dropped node `q` leaves its function to the kept nodes next to it, `psi_j + sum_q c_jq psi_q`, `sum_j c_jq = 1`: the
 /// functions still add up to one, so that a constant pressure is carried everywhere (Puso & Laursen 2004; Wohlmuth 2000
-/// at cross points), and the displacement of the dropped node enters the jump of those that carry for it.
+/// at cross points), and the displacement of the dropped node enters the jump of those that carry for it. Nobody carries for nodes
+/// that are `left_out`: something else is met there.
 pub(super) fn rows(
     mesh: &Mesh,
     slave: &[u32],
     met: &[Met],
     keep: impl Fn(u32, u32) -> Result<(), u32>,
+    left_out: impl Fn(u32) -> bool,
 ) -> (Vec<Row>, f64) {
     let edges = edges(mesh, slave);
     let carriers = carriers(mesh, slave, met, &edges, &keep);
@@ -359,6 +361,9 @@ pub(super) fn rows(
                 own.add(met, i, 1.0);
                 continue;
             };
+            if left_out(node) {
+                continue;
+            }
             let Some(carriers) = carriers.get(&(node, side)) else {
                 lost += stands_for(&node, met.areas[i]);
                 continue;

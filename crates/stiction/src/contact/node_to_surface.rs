@@ -6,6 +6,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::claims::{Claim, Lost, is_near};
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::held::{Below, is_held_along};
@@ -47,12 +48,70 @@ struct Search<'a> {
     reach: f64,
 }
 
+/// Single nodes before the master.
+struct Nodes<'a> {
+    search: Search<'a>,
+    /// Normals of the faces around each.
+    outward: HashMap<u32, Vec<V3>>,
+    /// The area that each stands for.
+    area: HashMap<u32, f64>,
+}
+
+impl<'a> Nodes<'a> {
+    fn new(mesh: &'a Mesh, surface: &ContactSurface, master: &'a Master) -> Nodes<'a> {
+        let search = Search {
+            mesh,
+            faces: &master.faces,
+            tree: Tree::new(master.faces.iter().map(|&face| Bounds::around(face_coordinates(mesh, face))).collect()),
+            reach: master.search.unwrap_or_else(|| reach(mesh, surface, master)),
+        };
+        let mut outward: HashMap<u32, Vec<V3>> = HashMap::new();
+        for &face in &surface.faces {
+            let normal = mesh.face_normal(face as usize);
+            mesh.faces[face as usize].nodes().iter().for_each(|&node| outward.entry(node).or_default().push(normal));
+        }
+        let area = tributary_areas(mesh, &surface.faces).into_iter().map(|patch| (patch.node, patch.area)).collect();
+        Nodes { search, outward, area }
+    }
+
+    /// The area that a node stands for, and where it meets the master, if it does.
+    fn foot(&self, node: u32) -> (f64, Option<Foot>) {
+        let area = self.area.get(&node).copied().unwrap_or(0.0);
+        let x = self.search.mesh.nodes[node as usize];
+        let foot = self.outward.get(&node).and_then(|outward| self.search.foot(x, outward));
+        (area, foot.filter(|_| area > 0.0))
+    }
+}
+
+/// What single nodes that could carry a multiplier meet.
+pub(super) fn claims_of_nodes(
+    mesh: &Mesh,
+    dofs: &DofMap,
+    surface: &ContactSurface,
+    master: &Master,
+    nodes: &[u32],
+) -> HashMap<u32, Claim> {
+    let found = Nodes::new(mesh, surface, master);
+    let others: HashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();
+    let of = |&node: &u32| {
+        let (area, foot) = found.foot(node);
+        let Foot { normal, distance, .. } = foot.filter(|_| !others.contains(&node))?;
+        let free = prescribed(dofs, node).map(|value| value.is_none());
+        let tied = || tied_frame_at(dofs, node, free).filter(|_| surface.friction == SurfaceFriction::Bonded);
+        frame_at(dofs, node, normal, free, [false; 3]).or_else(tied)?;
+        Some((node, Claim { distance, covered: area, whole: area, normal }))
+    };
+    nodes.iter().filter_map(of).collect()
+}
+
 /// Where a node meets the master.
 struct Foot {
     /// The nodes of the face with their weights.
     weights: Vec<(u32, f64)>,
     /// Towards the master.
     normal: V3,
+    /// Length.
+    distance: f64,
 }
 
 impl Search<'_> {
@@ -83,11 +142,13 @@ impl Search<'_> {
         let from = sub(point, plane.origin);
         let shape = seen.flat.shape([dot(from, plane.axes[0]), dot(from, plane.axes[1])]);
         let weights = mesh.faces[face as usize].nodes().iter().zip(shape).filter(|w| w.1.abs() > ROUNDING);
-        Some(Foot { weights: weights.map(|(&node, w)| (node, w)).collect(), normal: scale(-1.0, normal) })
+        let weights = weights.map(|(&node, w)| (node, w)).collect();
+        Some(Foot { weights, normal: scale(-1.0, normal), distance: norm(way) })
     }
 }
 
-/// Appends the points of single nodes, ascending, on the surface of `master`. `taken` are the nodes that other contacts use.
+/// The points of single nodes, ascending, on the surface of `master`. `lost` are the nodes that belong to other contacts, and
+/// `taken` has those that may not be used either.
 ///
 /// # Errors
 /// A master without faces; a node that is dragged along it by a prescribed displacement.
@@ -97,46 +158,34 @@ pub(super) fn points_of_nodes(
     surface: &ContactSurface,
     master: &Master,
     nodes: &[u32],
-    taken: &HashSet<u32>,
-    points: &mut Vec<Point>,
-) -> Result<SurfaceFacts, Error> {
+    (lost, taken): (&HashMap<u32, Lost>, &HashSet<u32>),
+) -> Result<(Vec<Point>, SurfaceFacts), Error> {
+    let mut points = Vec::new();
     if master.faces.is_empty() {
         let remedy = "name a group of boundary faces in `against`";
         return Err(Error::new("", "a surface of the pair has no faces", remedy));
     }
-    let search = Search {
-        mesh,
-        faces: &master.faces,
-        tree: Tree::new(master.faces.iter().map(|&face| Bounds::around(face_coordinates(mesh, face))).collect()),
-        reach: master.search.unwrap_or_else(|| reach(mesh, surface, master)),
-    };
+    let single = Nodes::new(mesh, surface, master);
     let mut facts = PairFacts {
         slave: master.slave,
         reason: master.reason,
         faces: [surface.faces.len(), master.faces.len()],
         face_size: [face_size(mesh, &surface.faces), face_size(mesh, &master.faces)],
-        search: search.reach,
+        search: single.search.reach,
         ..PairFacts::default()
     };
     let mut found = SurfaceFacts::named(&surface.name);
-    let mut outward: HashMap<u32, Vec<V3>> = HashMap::new();
-    for &face in &surface.faces {
-        let normal = mesh.face_normal(face as usize);
-        mesh.faces[face as usize].nodes().iter().for_each(|&node| outward.entry(node).or_default().push(normal));
-    }
-    let area: HashMap<u32, f64> =
-        tributary_areas(mesh, &surface.faces).into_iter().map(|patch| (patch.node, patch.area)).collect();
     let others: HashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();
     let tied = surface.friction == SurfaceFriction::Bonded;
     for &node in nodes {
         let x = mesh.nodes[node as usize];
-        let area = area.get(&node).copied().unwrap_or(0.0);
+        let (area, foot) = single.foot(node);
         found.area += area;
-        let foot = outward.get(&node).and_then(|outward| search.foot(x, outward));
-        let Some(Foot { weights, normal }) = foot.filter(|_| area > 0.0) else {
+        let Some(Foot { weights, normal, distance }) = foot else {
             facts.uncovered += 1;
             continue;
         };
+        let near = is_near(distance, area);
         let constrained = prescribed(dofs, node);
         let free = constrained.map(|value| value.is_none());
         let frame = frame_at(dofs, node, normal, free, [false; 3]);
@@ -146,8 +195,13 @@ pub(super) fn points_of_nodes(
                 facts.shared += 1;
                 continue;
             }
-            _ if taken.contains(&node) => {
-                facts.taken += 1;
+            _ if lost.get(&node) == Some(&Lost::Behind) => {
+                found.behind += 1;
+                continue;
+            }
+            _ if lost.contains_key(&node) || taken.contains(&node) => {
+                found.taken += 1;
+                found.near[1] += usize::from(near && lost.get(&node) != Some(&Lost::AcrossEdge));
                 continue;
             }
             None => {
@@ -157,6 +211,7 @@ pub(super) fn points_of_nodes(
             }
             Some(frame) => frame,
         };
+        found.near[0] += usize::from(near);
         let below = Below::of_node(node, weights.iter().map(|weight| weight.0), facts.face_size[1]);
         let slides = below.slides(mesh, dofs, node, normal, &surface.friction)?;
         frame = frame_at(dofs, node, normal, free, slides).unwrap_or(frame);
@@ -202,7 +257,7 @@ pub(super) fn points_of_nodes(
         (found.gap_min, found.gap_max) = (0.0, 0.0);
     }
     found.pair = Some(facts);
-    Ok(found)
+    Ok((points, found))
 }
 
 /// A part of the size of the smaller surface; of the master where nodes have no face that looks at it.

@@ -7,6 +7,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::claims::{Claim, Lost, is_near};
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::held::{Below, is_held_along};
@@ -16,7 +17,7 @@ use super::patches::Patches;
 use super::points::{Point, prescribed, refuse_dragging};
 use super::slave_choice::face_size;
 use super::surface::SEARCH;
-use super::tributary::tributary_areas;
+use super::tributary::{TributaryArea, tributary_areas};
 use super::{ContactSurface, InitialGap, Master, PairFacts, SurfaceFacts, SurfaceFriction};
 use crate::Error;
 use crate::fem::DofMap;
@@ -31,38 +32,128 @@ const SIDE: f64 = 0.5;
 /// Gaps below this part of a face's size are rounding.
 const TOUCHING: f64 = 1e-6;
 
-/// Appends the points of one pair. `taken` are the nodes that other contacts use.
+/// What two surfaces meet of one another, and which nodes of the slave could carry multipliers.
+pub(super) struct Matched<'a> {
+    mesh: &'a Mesh,
+    surface: &'a ContactSurface,
+    master: &'a Master,
+    search: f64,
+    met: Vec<Met>,
+    patches: Patches,
+    /// Unit normals of the nodes, ascending.
+    outward: Vec<(u32, V3)>,
+    /// Of each node the areas of its faces, ascending.
+    areas: Vec<TributaryArea>,
+    /// Of each node the area under which the master lies, and this times the distance.
+    covered: HashMap<u32, [f64; 2]>,
+    /// The nodes of the master.
+    others: HashSet<u32>,
+}
+
+/// What becomes of a node.
+enum Standing {
+    Uncovered,
+    Shared,
+    /// It cannot move along the normal; altogether held if so said.
+    Held(bool),
+    BarelyCovered,
+    Carries([V3; 3]),
+}
+
+impl<'a> Matched<'a> {
+    /// # Errors
+    /// Surfaces without faces or with common ones.
+    pub(super) fn new(
+        mesh: &'a Mesh,
+        dofs: &DofMap,
+        surface: &'a ContactSurface,
+        master: &'a Master,
+    ) -> Result<Matched<'a>, Error> {
+        for (faces, key) in [(&surface.faces, "on"), (&master.faces, "against")] {
+            if faces.is_empty() {
+                let remedy = format!("name a group of boundary faces in `{key}`");
+                return Err(Error::new("", "a surface of the pair has no faces", remedy));
+            }
+        }
+        let own: HashSet<u32> = surface.faces.iter().copied().collect();
+        let both = master.faces.iter().filter(|face| own.contains(face)).count();
+        if both > 0 {
+            let remedy = "name two surfaces without common faces in `on` and `against`";
+            return Err(Error::new(
+                "",
+                format!("{both} faces belong to both surfaces, and no face can touch itself"),
+                remedy,
+            ));
+        }
+        let search = master.search.unwrap_or_else(|| default_search(mesh, &surface.faces, &master.faces));
+        let tied = surface.friction == SurfaceFriction::Bonded;
+        let met = meet(mesh, &surface.faces, &master.faces, search, tied);
+        let patches = Patches::new(mesh, &surface.faces, &met, tied);
+        let outward = normals(mesh, &surface.faces, dofs, &|face, node| patches.shapes(face, node));
+        let mut covered: HashMap<u32, [f64; 2]> = HashMap::new();
+        for (&face, met) in surface.faces.iter().zip(&met) {
+            for (&node, area) in mesh.faces[face as usize].nodes().iter().zip(met.areas) {
+                let area = if patches.carries(face, node) { area } else { 0.0 };
+                let [sum, moment] = covered.entry(node).or_default();
+                (*sum, *moment) = (*sum + area, *moment + area * met.distance);
+            }
+        }
+        let areas = tributary_areas(mesh, &surface.faces);
+        let others = mesh.face_nodes(&master.faces).into_iter().collect();
+        Ok(Matched { mesh, surface, master, search, met, patches, outward, areas, covered, others })
+    }
+
+    fn standing(&self, dofs: &DofMap, node: u32, normal: V3, whole: f64) -> Standing {
+        let free = prescribed(dofs, node).map(|value| value.is_none());
+        let tied = self.surface.friction == SurfaceFriction::Bonded;
+        let axes = frame_at(dofs, node, normal, free, [false; 3]);
+        let axes = axes.or_else(|| if tied { tied_frame_at(dofs, node, free) } else { None });
+        let covered = self.covered[&node][0];
+        match axes {
+            _ if covered == 0.0 => Standing::Uncovered,
+            _ if self.others.contains(&node) => Standing::Shared,
+            None => Standing::Held(!free.contains(&true)),
+            _ if covered < LEAST_COVER * whole => Standing::BarelyCovered,
+            Some(axes) => Standing::Carries(axes),
+        }
+    }
+
+    /// From a node that meets something to it.
+    fn distance(&self, node: u32) -> f64 {
+        let [covered, moment] = self.covered[&node];
+        (moment / covered).abs()
+    }
+
+    /// Whether a node that could not carry a multiplier is neither held nor one of both surfaces.
+    pub(super) fn hardly_meets(&self, dofs: &DofMap, node: u32) -> bool {
+        !self.others.contains(&node) && prescribed(dofs, node).iter().all(Option::is_none)
+    }
+
+    /// Of the nodes that could carry a multiplier.
+    pub(super) fn claims(&self, dofs: &DofMap) -> HashMap<u32, Claim> {
+        let of = |(&(node, normal), patch): (&(u32, V3), &TributaryArea)| {
+            let Standing::Carries(_) = self.standing(dofs, node, normal, patch.area) else { return None };
+            let (distance, covered) = (self.distance(node), self.covered[&node][0]);
+            Some((node, Claim { distance, covered, whole: patch.area, normal }))
+        };
+        self.outward.iter().zip(&self.areas).filter_map(of).collect()
+    }
+}
+
+/// The points of one pair. `lost` are the nodes that belong to other contacts, and `taken` has those that may not be used either.
 ///
 /// A point hangs on its own node and on the master nodes by the weighted jump of [`rows`]; its gap is that jump of the
 /// coordinates along the averaged normal, so that gap and displacement mean the same whatever the meshes. Nodes that
 /// cannot carry a multiplier leave it to their neighbours.
 pub(super) fn points_of_pair(
-    mesh: &Mesh,
+    matched: &Matched,
     dofs: &DofMap,
-    surface: &ContactSurface,
-    master: &Master,
+    lost: &HashMap<u32, Lost>,
     taken: &HashSet<u32>,
-    points: &mut Vec<Point>,
-) -> Result<SurfaceFacts, Error> {
-    for (faces, key) in [(&surface.faces, "on"), (&master.faces, "against")] {
-        if faces.is_empty() {
-            let remedy = format!("name a group of boundary faces in `{key}`");
-            return Err(Error::new("", "a surface of the pair has no faces", remedy));
-        }
-    }
-    let own: HashSet<u32> = surface.faces.iter().copied().collect();
-    let both = master.faces.iter().filter(|face| own.contains(face)).count();
-    if both > 0 {
-        let remedy = "name two surfaces without common faces in `on` and `against`";
-        return Err(Error::new(
-            "",
-            format!("{both} faces belong to both surfaces, and no face can touch itself"),
-            remedy,
-        ));
-    }
-    let search = master.search.unwrap_or_else(|| default_search(mesh, &surface.faces, &master.faces));
+) -> Result<(Vec<Point>, SurfaceFacts), Error> {
+    let mut points = Vec::new();
+    let Matched { mesh, surface, master, search, ref met, ref patches, .. } = *matched;
     let tied = surface.friction == SurfaceFriction::Bonded;
-    let met = meet(mesh, &surface.faces, &master.faces, search, tied);
     let sizes = [face_size(mesh, &surface.faces), face_size(mesh, &master.faces)];
     let mut facts = PairFacts {
         slave: master.slave,
@@ -76,19 +167,18 @@ pub(super) fn points_of_pair(
         ..PairFacts::default()
     };
     let mut found = SurfaceFacts::named(&surface.name);
-    let patches = Patches::new(mesh, &surface.faces, &met, tied);
-    let outward = normals(mesh, &surface.faces, dofs, &|face, node| patches.shapes(face, node));
-    let frames = frames(mesh, dofs, surface, master, (&met, &patches), &outward, taken, &mut facts, &mut found)?;
-    let outward: HashMap<u32, V3> = outward.into_iter().collect();
-    let within = distances_of_several(mesh, &surface.faces, &met, &patches);
+    let frames = frames(matched, dofs, (lost, taken), &mut facts, &mut found)?;
+    let outward: HashMap<u32, V3> = matched.outward.iter().copied().collect();
+    let within = distances_of_several(mesh, &surface.faces, met, patches);
     // Wholly dropped nodes are so on all sides alike.
     let keep = |face: u32, node: u32| match frames.contains_key(&node) {
         false => Err(u32::MAX),
         true if patches.carries(face, node) => Ok(()),
         true => Err(patches.side(face)),
     };
-    let (rows, lost) = rows(mesh, &surface.faces, &met, keep);
-    found.dropped_area = lost;
+    let leaves_out = |node: u32| lost.get(&node) == Some(&Lost::Behind);
+    let (rows, lost_area) = rows(mesh, &surface.faces, met, keep, leaves_out);
+    found.dropped_area = lost_area;
     for row in rows {
         let (normal, mut frame) = frames[&row.node];
         let x = mesh.nodes[row.node as usize];
@@ -141,7 +231,7 @@ pub(super) fn points_of_pair(
         (found.gap_min, found.gap_max) = (0.0, 0.0);
     }
     found.pair = Some(facts);
-    Ok(found)
+    Ok((points, found))
 }
 
 /// The area of the slave that meets the other surface once its nodes are moved, and all of it; length squared.
@@ -171,44 +261,37 @@ pub(super) fn default_search(mesh: &Mesh, slave: &[u32], master: &[u32]) -> f64 
 }
 
 /// Normal and frame of each node that keeps its multipliers; counts those that do not.
-#[allow(clippy::too_many_arguments)]
 fn frames(
-    mesh: &Mesh,
+    matched: &Matched,
     dofs: &DofMap,
-    surface: &ContactSurface,
-    master: &Master,
-    (met, patches): (&[Met], &Patches),
-    outward: &[(u32, V3)],
-    taken: &HashSet<u32>,
+    (lost, taken): (&HashMap<u32, Lost>, &HashSet<u32>),
     facts: &mut PairFacts,
     found: &mut SurfaceFacts,
 ) -> Result<HashMap<u32, (V3, [V3; 3])>, Error> {
-    let mut covered: HashMap<u32, f64> = HashMap::new();
-    for (&face, met) in surface.faces.iter().zip(met) {
-        for (&node, area) in mesh.faces[face as usize].nodes().iter().zip(met.areas) {
-            *covered.entry(node).or_default() += if patches.carries(face, node) { area } else { 0.0 };
-        }
-    }
-    let others: HashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();
-    let tied = surface.friction == SurfaceFriction::Bonded;
+    let Matched { mesh, surface, ref met, ref patches, .. } = *matched;
     let carries = |face: u32, node: u32| patches.carries(face, node);
     let below = Below::new(mesh, dofs, (&surface.faces, met), &carries, facts.face_size[0]);
     let mut frames = HashMap::new();
-    for (&(node, normal), tributary) in outward.iter().zip(tributary_areas(mesh, &surface.faces)) {
+    for (&(node, normal), tributary) in matched.outward.iter().zip(&matched.areas) {
         let whole = tributary.area;
         found.area += tributary.unity_sum() * whole;
-        let constrained = prescribed(dofs, node);
-        let free = constrained.map(|value| value.is_none());
-        let axes = frame_at(dofs, node, normal, free, [false; 3]);
-        let axes = axes.or_else(|| if tied { tied_frame_at(dofs, node, free) } else { None });
-        match axes {
-            _ if covered[&node] == 0.0 => facts.uncovered += 1,
-            _ if others.contains(&node) => facts.shared += 1,
-            _ if taken.contains(&node) => facts.taken += 1,
-            None if !free.contains(&true) => found.clamped += 1,
-            None => found.held_along_normal += 1,
-            _ if covered[&node] < LEAST_COVER * whole => facts.barely_covered += 1,
-            Some(axes) => {
+        let standing = matched.standing(dofs, node, normal, whole);
+        let lost = lost.get(&node);
+        let is_taken = lost.is_some() || taken.contains(&node);
+        let near = matches!(standing, Standing::Carries(_)) && is_near(matched.distance(node), whole);
+        if near && ![Some(&Lost::Behind), Some(&Lost::AcrossEdge)].contains(&lost) {
+            found.near[usize::from(is_taken)] += 1;
+        }
+        match standing {
+            Standing::Uncovered => facts.uncovered += 1,
+            Standing::Shared => facts.shared += 1,
+            _ if lost == Some(&Lost::Behind) => found.behind += 1,
+            _ if is_taken => found.taken += 1,
+            Standing::Held(true) => found.clamped += 1,
+            Standing::Held(false) => found.held_along_normal += 1,
+            Standing::BarelyCovered => facts.barely_covered += 1,
+            Standing::Carries(axes) => {
+                let free = prescribed(dofs, node).map(|value| value.is_none());
                 let slides = below.slides(mesh, dofs, node, normal, &surface.friction)?;
                 let axes = frame_at(dofs, node, normal, free, slides).unwrap_or(axes);
                 frames.insert(node, (normal, axes));

@@ -1,7 +1,8 @@
 //! Contact points: on an obstacle, and what all have in common.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
+use super::claims::{Claim, Lost, is_near};
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::mortar::FACING;
@@ -38,15 +39,35 @@ pub(super) struct Point {
     pub layer: Option<u32>,
 }
 
-/// Appends the points of a surface that may touch an obstacle.
+/// What nodes that could carry a multiplier meet of an obstacle.
+pub(super) fn claims_on_obstacle(
+    mesh: &Mesh,
+    dofs: &DofMap,
+    surface: &ContactSurface,
+    obstacle: &Obstacle,
+) -> HashMap<u32, Claim> {
+    let facing = faces_that_look(mesh, &surface.faces, obstacle);
+    let faces = facing.as_ref().unwrap_or(&surface.faces);
+    let of = |(patch, (node, outward)): (TributaryArea, (u32, [f64; 3]))| {
+        let (distance, away) = obstacle.distance_facing(mesh.nodes[node as usize], outward)?;
+        let free = prescribed(dofs, node).map(|value| value.is_none());
+        let tied = || tied_frame_at(dofs, node, free).filter(|_| surface.friction == SurfaceFriction::Bonded);
+        frame_at(dofs, node, away.map(|c| 0.0 - c), free, [false; 3]).or_else(tied)?;
+        let claim = Claim { distance: distance.abs(), covered: patch.area, whole: patch.area, normal: outward };
+        (facing.is_none() || dot(outward, away) < FACING).then_some((node, claim))
+    };
+    areas_on_obstacle(mesh, faces).into_iter().zip(nodal_normals(mesh, faces)).filter_map(of).collect()
+}
+
+/// The points of a surface that may touch an obstacle. `lost` are the nodes that belong to other contacts.
 pub(super) fn points_on_obstacle(
     mesh: &Mesh,
     dofs: &DofMap,
     surface: &ContactSurface,
     obstacle: &Obstacle,
-    tied_elsewhere: &HashSet<u32>,
-    points: &mut Vec<Point>,
-) -> Result<SurfaceFacts, Error> {
+    (lost, tied_elsewhere): (&HashMap<u32, Lost>, &HashSet<u32>),
+) -> Result<(Vec<Point>, SurfaceFacts), Error> {
+    let mut points = Vec::new();
     if surface.faces.is_empty() {
         return Err(Error::new("", "the contact surface has no faces", "name a group of boundary faces in `on`"));
     }
@@ -91,6 +112,13 @@ pub(super) fn points_on_obstacle(
             facts.dropped_area += unity_sum * area;
             continue;
         }
+        let near = is_near(distance, area);
+        if let Some(lost) = lost.get(&node) {
+            *(if *lost == Lost::Behind { &mut facts.behind } else { &mut facts.taken }) += 1;
+            facts.near[1] += usize::from(*lost == Lost::Beside && near);
+            continue;
+        }
+        facts.near[0] += usize::from(near);
         let mut measured = distance;
         for &(other, weight) in &others {
             let Some((distance, _)) = distance_of(other)? else {
@@ -147,6 +175,10 @@ pub(super) fn points_on_obstacle(
             layer,
         });
     }
+    if facts.points == 0 && facts.behind + facts.taken > 0 {
+        (facts.gap_min, facts.gap_max) = (0.0, 0.0);
+        return Ok((points, facts));
+    }
     if facts.points == 0 && facts.beyond > 0 {
         let what = format!(
             "{} nodes of the contact surface lie beyond the border of the obstacle, and none faces it",
@@ -163,7 +195,7 @@ pub(super) fn points_on_obstacle(
             format!("all {} nodes of the contact surface are prescribed", facts.clamped + facts.held_along_normal);
         return Err(Error::new("", what, "leave nodes of the contact surface free to move towards the obstacle"));
     }
-    Ok(facts)
+    Ok((points, facts))
 }
 
 /// Those of the faces that look at the obstacle; `None` where all do, or none does. A side face that shares an edge with them would

@@ -43,7 +43,7 @@ pub fn pose(
 pub(crate) fn pose_points(
     mesh: &Mesh,
     model: &mut FeModel,
-    PosedPoints { mut points, pairs }: PosedPoints,
+    PosedPoints { mut points, pairs, .. }: PosedPoints,
     center: [f64; 3],
     body_of_node: &[u32],
     bodies: Vec<Body>,

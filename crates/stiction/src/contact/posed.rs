@@ -15,6 +15,8 @@ use crate::ranks::{put, take};
 pub(crate) struct PosedPoints {
     pub(super) points: Vec<Point>,
     pub(super) pairs: Vec<Pair>,
+    /// What is probably not what was meant.
+    pub(crate) warnings: Vec<String>,
 }
 
 /// Points between more bodies than so many are not followed: middles of edges are measured from their ends, and these from another
@@ -42,7 +44,7 @@ impl PosedPoints {
             Pair { name: facts.name.clone(), points: first - facts.points..first }
         };
         let pairs = facts.iter().map(pair).collect();
-        Ok((PosedPoints { points, pairs }, facts))
+        Ok((PosedPoints { points, pairs, warnings: Vec::new() }, facts))
     }
 
     /// The node of each point.
@@ -127,6 +129,7 @@ impl PosedPoints {
         put(&counts, &mut to);
         put(&others, &mut to);
         put(&weights, &mut to);
+        put(self.warnings.join("\n").as_bytes(), &mut to);
         to
     }
 
@@ -149,7 +152,9 @@ impl PosedPoints {
         let point = |((node, numbers), count): ((u32, Numbers), u32)| {
             point(node, numbers, others.by_ref().take(count as usize).collect())
         };
-        PosedPoints { points: own.into_iter().zip(numbers).zip(counts).map(point).collect(), pairs }
+        let points = own.into_iter().zip(numbers).zip(counts).map(point).collect();
+        let warnings = String::from_utf8_lossy(&take::<u8>(from)).lines().map(str::to_string).collect();
+        PosedPoints { points, pairs, warnings }
     }
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::held::held_along;
 use super::mortar::meet;
 use super::pair::default_search;
-use super::{ContactSurface, Counterpart, Master, SurfaceFriction};
+use super::{ContactSurface, Counterpart, InitialGap, Master, SurfaceFriction};
 use crate::fem::DofMap;
 use crate::mesh::Mesh;
 
@@ -35,6 +35,8 @@ pub enum Reason {
     Free,
     /// Supports hold nodes of the other surface along it while this one moves there.
     Unheld,
+    /// Nodes of the other surface are wanted by another contact.
+    Unshared,
     /// Its faces are smaller.
     Finer,
     /// Its body is softer.
@@ -86,6 +88,27 @@ pub fn choose_slave(mesh: &Mesh, dofs: &DofMap, surface: &ContactSurface, young:
         Some(softer) => (softer, Reason::Softer),
         None => (Role::On, Reason::First),
     }
+}
+
+/// The ratio of moduli up to which points may lie on the stiffer body: multigrid refuses them from a hundred on.
+const MUCH_STIFFER: f64 = 30.0;
+/// The ratio of the sizes of faces up to which points may lie on the coarser surface.
+const MUCH_COARSER: f64 = 2.0;
+
+/// Whether the other surface of a pair could carry the points just as well, but for the size of its faces and the stiffness of its body;
+/// `young` are the moduli behind the surface with the points and behind the other one.
+pub(crate) fn may_change_sides(mesh: &Mesh, dofs: &DofMap, surface: &ContactSurface, young: [f64; 2]) -> bool {
+    let Counterpart::Surface(master) = &surface.against else { return false };
+    if ![Reason::Finer, Reason::Softer, Reason::First].contains(&master.reason)
+        || matches!(master.gap, InitialGap::ClosedAt(_))
+        || young[1] > MUCH_STIFFER * young[0]
+    {
+        return false;
+    }
+    let [own, other] = [&surface.faces[..], &master.faces].map(|faces| (faces, face_size(mesh, faces)));
+    let search = master.search.unwrap_or_else(|| default_search(mesh, own.0, other.0));
+    let held = |faces, size| held_along(mesh, dofs, faces, (search, size), &surface.friction);
+    other.1 <= MUCH_COARSER * own.1 && held([other.0, own.0], other.1) <= held([own.0, other.0], own.1)
 }
 
 /// Root of the mean area of the faces; length.

@@ -133,6 +133,15 @@ pub struct ContactSurface {
     pub stiffness: Option<InterfaceStiffness>,
 }
 
+impl ContactSurface {
+    /// Lets the other surface of a pair carry the points; nothing where there is no other.
+    pub(crate) fn change_sides(&mut self) {
+        let Counterpart::Surface(master) = &mut self.against else { return };
+        std::mem::swap(&mut self.faces, &mut master.faces);
+        master.slave = if master.slave == Role::On { Role::Against } else { Role::On };
+    }
+}
+
 /// What a surface may touch.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Counterpart {
@@ -222,6 +231,12 @@ pub struct SurfaceFacts {
     pub looking_away: usize,
     /// Area of dropped nodes, which carries no contact force.
     pub dropped_area: f64,
+    /// Nodes that another contact uses: dropped; in a pair neighbours carry for them.
+    pub taken: usize,
+    /// Nodes in front of which the counterpart of another contact lies: they meet that one.
+    pub behind: usize,
+    /// Nodes that touch the counterpart or nearly do: those that stay, and those that contacts with the same faces use.
+    pub near: [usize; 2],
     /// For contact between two surfaces.
     pub pair: Option<PairFacts>,
 }
@@ -258,8 +273,6 @@ pub struct PairFacts {
     pub barely_covered: usize,
     /// Nodes of both surfaces, where the meshes are joined: dropped, neighbours carry for them.
     pub shared: usize,
-    /// Nodes another contact uses already: dropped, neighbours carry for them.
-    pub taken: usize,
     /// Whether faces that look the same way lie over one another.
     pub averted: bool,
     /// Smallest distance of a slave node from the other surface, reported only if the surfaces nowhere meet; length.

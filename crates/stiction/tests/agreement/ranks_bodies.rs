@@ -87,6 +87,33 @@ fn two_bodies_take_hardly_more_cycles_on_ranks() {
     }
 }
 
+/// A block on a plate on a floor that is named for both, and two stamps on the faces of one plate: nodes that several contacts name.
+#[test]
+fn nodes_named_twice_belong_to_the_same_contact_on_ranks() {
+    let steel = "[materials.steel]\nyoung = 210e3\npoisson = 0.3\n";
+    let part = |name: &str, size: [f64; 3], at: [f64; 3], cells: [usize; 3]| {
+        format!(
+            "[mesh.parts.{name}]\nblock = {{ size = {size:?}, origin = {at:?}, cells = {cells:?}, element = \"hex8\" }}\n"
+        )
+    };
+    let contact = |on: &str, against: &str| {
+        format!("[[contact]]\non = {on}\nagainst = {against}\nfriction = {{ coulomb = 0.3 }}\n")
+    };
+    let [plate, block] = [([30.0, 30.0, 5.0], [0.0; 3], [10, 10, 3]), ([20.0, 20.0, 8.0], [5.0, 5.0, 5.0], [8, 8, 4])];
+    let stack = part("a", plate.0, plate.1, plate.2) + &part("b", block.0, block.1, block.2);
+    let load = "[[load]]\non = \"b.z-max\"\nforce = [100, 0, -1000]\nabout = [15, 15, 5]\n";
+    let floor = contact("[\"a.z-min\", \"b.z-min\"]", PLANE);
+    agrees(&format!("{stack}{steel}{load}{floor}{}", contact("\"b.z-min\"", "\"a.z-max\"")), &[1, 2, 3]);
+    let stamps = part("a", [40.0, 40.0, 10.0], [0.0; 3], [13, 13, 4])
+        + &part("b", [8.0, 20.0, 8.0], [11.75, 10.0, 10.0], [3, 7, 3])
+        + &part("c", [8.0, 20.0, 8.0], [20.25, 10.0, 10.0], [3, 7, 3]);
+    let load = "[[fix]]\non = \"a.z-min\"\n[[load]]\non = \"b.z-max\"\npressure = 10\n[[load]]\non = \"c.z-max\"\npressure = 8\n";
+    for slave in ["", "slave = \"against\"\n"] {
+        let contacts = ["b", "c"].map(|stamp| contact(&format!("\"{stamp}.z-min\""), "\"a.z-max\"") + slave).concat();
+        agrees(&format!("{stamps}{steel}{load}{contacts}"), &[2, 4]);
+    }
+}
+
 /// Pressed, pushed one way and half way back: where points stick depends on what they have slid before. Total forces and
 /// prescribed displacements are functions of time.
 fn to_and_fro(against_body: bool) -> String {

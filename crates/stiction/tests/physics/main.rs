@@ -28,6 +28,7 @@ mod interfaces;
 mod loads;
 mod materials;
 mod mortar;
+mod named_twice;
 mod parts;
 mod passing;
 mod plane_decks;

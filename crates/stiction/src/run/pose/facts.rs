@@ -36,6 +36,8 @@ pub struct Facts {
     pub equations: Option<[usize; 2]>,
     /// Contact points.
     pub points: usize,
+    /// What is probably not what was meant, one sentence each.
+    pub warnings: Vec<String>,
     /// What a person should know and did not ask, one sentence each.
     pub notes: Vec<String>,
 }

@@ -3,6 +3,7 @@
 use super::activity::ALWAYS;
 use super::arrays::{Found, find};
 use super::facts::{ContactFacts, FixFacts, LoadFacts, SpringFacts};
+use super::notes::SEVERAL_CONTACTS;
 use super::ties::{Start, TimedFix};
 use super::{place, regions};
 use crate::Error;
@@ -178,10 +179,18 @@ pub(crate) fn held_by_contact(
         return Err(place::at(spot, Error { what: format!("{}; {what}", error.what), ..error }));
     }
     let without =
-        contacts.iter().zip(&case.contacts).find_map(|(facts, spec)| Some((facts.why_no_point()?, &spec.spot)));
-    if let Some((why, spot)) = without {
-        let remedy = "bring the surfaces of the contact together, or add a [[fix]] that stops these motions".into();
+        contacts.iter().zip(&case.contacts).find_map(|(facts, spec)| Some((facts.why_no_point()?, facts, &spec.spot)));
+    if let Some((why, facts, spot)) = without {
+        let remedy = match facts.surface.near[1] {
+            0 => "bring the surfaces of the contact together, or add a [[fix]] that stops these motions",
+            _ => SEVERAL_CONTACTS,
+        };
+        let remedy = remedy.into();
         return Err(place::at(spot, Error { what: format!("{}; {why}", error.what), remedy, ..error }));
+    }
+    let much_taken = contacts.iter().zip(&case.contacts).find_map(|(facts, spec)| Some((facts.warning()?, &spec.spot)));
+    if let Some((why, spot)) = much_taken {
+        return Err(place::at(spot, Error { what: format!("{}; {why}", error.what), ..error }));
     }
     Err(place::at(support_spot(case), error))
 }

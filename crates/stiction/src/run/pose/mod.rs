@@ -17,7 +17,7 @@ pub(super) mod loads;
 pub(super) mod materials;
 pub(super) mod memory;
 mod mesh;
-mod notes;
+pub(super) mod notes;
 mod path;
 pub(super) mod place;
 mod prepare;

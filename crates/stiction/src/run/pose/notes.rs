@@ -1,14 +1,35 @@
 //! What a person should know of a posed contact and did not ask.
 
 use super::facts::ContactFacts;
-use crate::contact::{Counterpart, InitialGap, Obstacle, PairFacts, Side, SurfaceFriction};
+use crate::contact::{Counterpart, InitialGap, Obstacle, PairFacts, Role, Side, SurfaceFacts, SurfaceFriction};
 use crate::io::text::number;
+
+/// What helps where several contacts want the same nodes.
+pub(crate) const SEVERAL_CONTACTS: &str =
+    "name all that they meet in one contact, against = [\"..\", \"..\"], or let `slave` name the other surfaces";
+/// A contact that loses more than one of so many of the nodes that touch is told.
+const LEAST_OF_TAKEN: usize = 3;
+
+/// Says that other contacts use many nodes of a surface.
+pub(crate) fn much_taken(s: &SurfaceFacts, of: &str) -> Option<String> {
+    let [stay, taken] = s.near;
+    (taken * LEAST_OF_TAKEN > stay + taken).then(|| {
+        let what = format!("other contacts use {taken} of the {} nodes{of} that touch", stay + taken);
+        format!("contact \"{}\": {what}; {SEVERAL_CONTACTS}", s.name)
+    })
+}
 
 impl ContactFacts {
     /// Why two surfaces have no contact point between them; `None` where they have.
     pub(crate) fn why_no_point(&self) -> Option<String> {
         let pair = self.surface.pair.as_ref().filter(|_| self.surface.points == 0)?;
         Some(format!("contact \"{}\" has no point: {}", self.surface.name, nothing(self, pair)))
+    }
+
+    /// What is probably not what was meant.
+    pub(crate) fn warning(&self) -> Option<String> {
+        let slave = self.surface.pair.as_ref().map(|pair| &self.names[usize::from(pair.slave == Role::Against)]);
+        much_taken(&self.surface, &slave.map_or(String::new(), |slave| format!(" of {slave}")))
     }
 
     /// What a person should know about the pair, one sentence each.
@@ -49,6 +70,8 @@ impl ContactFacts {
         note(dropped, format!("{dropped} nodes {why} and carry no contact force; they stand for the area {area}"));
         let guided = if self.friction == SurfaceFriction::None { 0 } else { s.guided };
         note(guided, format!("{guided} points are guided: friction acts in their free directions only"));
+        note(s.taken, format!("{} nodes are used by another contact", s.taken));
+        behind(s).into_iter().for_each(|what| note(s.behind, what));
         note(s.beyond, format!("{} nodes lie beyond the border of the obstacle and meet nothing", s.beyond));
         let away = s.looking_away;
         note(away, format!("{away} nodes are on faces that look away from the obstacle, and carry no contact force"));
@@ -58,6 +81,12 @@ impl ContactFacts {
         );
         notes
     }
+}
+
+/// Nodes that meet the counterpart of another contact first.
+fn behind(s: &SurfaceFacts) -> Option<String> {
+    (s.behind > 0)
+        .then(|| format!("{} nodes have the counterpart of another contact in front of them and meet that", s.behind))
 }
 
 /// What a person should know about a pair, one sentence each.
@@ -75,8 +104,9 @@ fn of_pair(contact: &ContactFacts, pair: &PairFacts) -> Vec<String> {
     note(s.clamped, "are fixed");
     note(s.held_along_normal, "are held along the normal");
     note(pair.shared, "belong to both surfaces");
-    note(pair.taken, "are used by another contact");
+    note(s.taken, "are used by another contact");
     note(pair.barely_covered, "hardly look at the other surface");
+    notes.extend(behind(s));
     if s.dropped_area > 0.0 {
         notes.push(format!(
             "the area {} carries no contact force: its nodes are all held or used",
@@ -116,6 +146,10 @@ fn as_meshed(contact: &ContactFacts) -> bool {
 /// Why there is no contact point at all.
 fn nothing(contact: &ContactFacts, pair: &PairFacts) -> String {
     let [on, against] = &contact.names;
+    let s = &contact.surface;
+    if s.points + s.taken == 0 && s.behind > 0 {
+        return format!("between {on} and {against} there is everywhere the counterpart of another contact");
+    }
     if pair.covered_area > 0.0 {
         return format!("no node of {on} and {against} can carry contact: all are held or used by other contacts");
     }

@@ -190,6 +190,7 @@ fn posed(case: &Case, entries: Entries) -> Result<Prepared, Error> {
         bolts: bolt_facts,
         cyclic: cyclic_facts(&mesh, case)?,
         couplings: coupling_facts(&mesh, case, &loading)?,
+        warnings: contacts.iter().filter_map(ContactFacts::warning).collect(),
         contacts,
         steps: case.steps.last().map(|last| (case.steps.iter().map(|step| step.increments).sum(), last.until)),
         unknowns: problem.unknowns(),

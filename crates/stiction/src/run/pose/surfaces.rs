@@ -6,7 +6,7 @@ use super::{place, regions};
 use crate::Error;
 use crate::contact::{
     ContactSurface, Counterpart, InitialGap, Master, Obstacle, Reason, Role, Triangles, choose_slave, faces_around,
-    reverse_where_constrained,
+    may_change_sides, reverse_where_constrained, sides_to_change,
 };
 use crate::fem::{DofMap, Solid};
 use crate::io::case::{AgainstSpec, ContactSpec, Placing, Region, Spot, SurfaceFile};
@@ -87,19 +87,30 @@ fn triangles(file: &SurfaceFile) -> Result<Obstacle, Error> {
     Ok(Obstacle::Surface(Arc::new(built)))
 }
 
-/// Lets the slave of each pair be what the case asks for or [`choose_slave`] finds.
+/// Lets the slave of each pair be what the case asks for, or [`choose_slave`] and what contacts have in common say.
 pub(crate) fn assign(solid: &Solid, dofs: &DofMap, surfaces: &mut [ContactSurface]) {
-    for surface in surfaces {
+    let young = |surface: &ContactSurface| match &surface.against {
+        Counterpart::Surface(master) => [&surface.faces, &master.faces].map(|faces| young(solid, faces)),
+        Counterpart::Obstacle(_) => [0.0; 2],
+    };
+    for surface in surfaces.iter_mut() {
         let Counterpart::Surface(master) = &surface.against else { continue };
         let mut chosen = (master.slave, master.reason);
         if ![Reason::Asked, Reason::Array, Reason::Nodes].contains(&master.reason) {
-            let young = [young(solid, &surface.faces), young(solid, &master.faces)];
-            chosen = choose_slave(solid.mesh, dofs, surface, young);
+            chosen = choose_slave(solid.mesh, dofs, surface, young(surface));
         }
         let Counterpart::Surface(master) = &mut surface.against else { continue };
-        (master.slave, master.reason) = chosen;
-        if master.slave == Role::Against {
-            std::mem::swap(&mut surface.faces, &mut master.faces);
+        (master.slave, master.reason) = (Role::On, chosen.1);
+        if chosen.0 == Role::Against {
+            surface.change_sides();
+        }
+    }
+    let may = |surface: &ContactSurface| may_change_sides(solid.mesh, dofs, surface, young(surface));
+    let changing = sides_to_change(solid.mesh, dofs, surfaces, may);
+    for surface in surfaces.iter_mut().zip(changing).filter(|(_, changes)| *changes).map(|(surface, _)| surface) {
+        surface.change_sides();
+        if let Counterpart::Surface(master) = &mut surface.against {
+            master.reason = Reason::Unshared;
         }
     }
 }

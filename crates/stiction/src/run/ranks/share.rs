@@ -20,6 +20,7 @@ use crate::run::pose::load_state::{refuse_overlap, translation};
 use crate::run::pose::loads::{Fixes, end, fixes, load, one_temperature};
 use crate::run::pose::materials::materials;
 use crate::run::pose::memory::was_of_memory;
+use crate::run::pose::notes::much_taken;
 use crate::run::pose::ties::TimedFix;
 use crate::run::pose::{
     MemoryLimit, coefficients, made_mesh, place, planned, refuse_loss_without_steps, regions, surfaces,
@@ -349,10 +350,11 @@ fn contact(
     }
     let specs: Vec<ContactSpec> = of.iter().map(|&k| case.contacts[k].clone()).collect();
     coefficients::read(mesh, &specs, &mut surfaces, end(case))?;
-    let (points, facts) = PosedPoints::new(mesh, dofs, &surfaces).map_err(|error| {
+    let (mut points, facts) = PosedPoints::new(mesh, dofs, &surfaces).map_err(|error| {
         let named = surfaces.iter().position(|surface| error.place == format!("contact \"{}\"", surface.name));
         named.map_or(error.clone(), |k| place::at(&case.contacts[of[k]].spot, error))
     })?;
+    points.warnings = facts.iter().filter_map(|facts| much_taken(facts, "")).collect();
     if let Some(k) = facts.iter().position(|facts| facts.held_along_surface > 0) {
         // Multigrid, which ranks solve by, wants the node of a point free.
         let what = "contact points that a support holds along the surface while the other body moves there cannot be divided among \

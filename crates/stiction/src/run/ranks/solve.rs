@@ -32,6 +32,7 @@ use crate::run::pose::loads::end;
 use crate::run::pose::{Seconds, Span, stopwatch};
 use crate::run::solve::Totals;
 use crate::run::solve::tractions::Traction;
+use crate::run::whole::Stage;
 use crate::solve::multigrid_cycles;
 
 /// The answer of one rank, and what all of them know together.
@@ -93,6 +94,9 @@ pub fn solve_steps_on_ranks(
     }
     let begun = Begun::new(ranks);
     let share = share::share(case, &*begun.ranks)?;
+    if let Some(keep) = keep.filter(|_| ranks.rank() == 0) {
+        share.points.warnings.iter().for_each(|warning| (keep.tell)(&Stage::Warning(warning)));
+    }
     let how = How { keep, ..How::default() };
     Ok(begun.solved((case, share), how, observer)?.answer)
 }

@@ -74,6 +74,7 @@ pub(crate) fn problem_rows(facts: &Facts) -> Vec<Row> {
         rows.add("equations", format!("{count} between {held} displacements"));
     }
     rows.add("unknowns", format!("{} displacements, {} contact points", facts.unknowns, facts.points));
+    facts.warnings.iter().for_each(|warning| rows.add("warning", warning.clone()));
     facts.notes.iter().for_each(|note| rows.add("note", note.clone()));
     rows.0
 }

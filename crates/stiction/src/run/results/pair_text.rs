@@ -29,6 +29,7 @@ pub(crate) fn lines(contact: &ContactFacts, pair: &PairFacts) -> Vec<String> {
         Reason::Nodes => "each node by itself",
         Reason::Free => "the other surface is prescribed",
         Reason::Unheld => "supports hold the other one where it slides",
+        Reason::Unshared => "another contact has nodes of the other one",
         Reason::Finer => "its faces are the smaller ones",
         Reason::Softer => "its body is the softer one",
         Reason::First => "named first",

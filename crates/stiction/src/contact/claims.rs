@@ -1,0 +1,246 @@
+//! Which contact a node belongs to that several name: a node has one multiplier.
+//!
+//! It belongs to the one whose counterpart is nearest, obstacles and bodies alike. Of those that are as near, or meet other faces
+//! across an edge, it is that of an obstacle, for whose points no neighbour could carry, then the one under which more of the
+//! node's faces lie. Bonded surfaces come before all others, as far as they meet something.
+
+use std::collections::{BTreeSet, HashMap};
+
+use super::node_to_surface::claims_of_nodes;
+use super::pair::Matched;
+use super::points::claims_on_obstacle;
+use super::{ContactSurface, Counterpart, SurfaceFriction};
+use crate::fem::DofMap;
+use crate::mesh::Mesh;
+use crate::mesh::v3::{V3, dot};
+
+/// Distances that differ by less than this part of a face's size are the same, if one counterpart lies behind another.
+const ROUNDING: f64 = 1e-6;
+/// The same where they lie beside one another under the faces of a node: facets of curved surfaces are as uneven.
+const UNEVEN: f64 = 0.05;
+/// Two counterparts that lie beside one another cover no more than this part of the faces of a node.
+const WHOLE: f64 = 1.01;
+/// Nodes have normals with a larger cosine on one smooth side.
+const SIDE: f64 = 0.8;
+/// Areas that differ by less than this part are the same.
+const SAME_AREA: f64 = 1e-6;
+
+/// What a node, which could carry a multiplier, meets of the counterpart of a contact.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Claim {
+    /// From the node to the counterpart before any load or given gap, whatever the sign; length.
+    pub distance: f64,
+    /// The area of the faces around the node under which the counterpart lies, and of all of them.
+    pub covered: f64,
+    pub whole: f64,
+    /// The unit normal of the node.
+    pub normal: V3,
+}
+
+/// Whether a node and its counterpart touch, or would if they came nearer by the size of the faces around the node, which have the area
+/// `whole`.
+pub(super) fn is_near(distance: f64, whole: f64) -> bool {
+    distance.abs() <= whole.abs().sqrt()
+}
+
+impl Claim {
+    /// Whether there is no sharp edge between the faces that meet both counterparts.
+    fn is_on_side_of(&self, other: &Claim) -> bool {
+        dot(self.normal, other.normal) > SIDE
+    }
+
+    /// Whether both counterparts lie beside one another under one side, and neither in front of the other.
+    fn is_beside(&self, other: &Claim) -> bool {
+        let part = |claim: &Claim| claim.covered / claim.whole;
+        self.is_on_side_of(other) && part(self) + part(other) <= WHOLE
+    }
+
+    /// Whether the counterpart of this lies in front of the other one.
+    fn is_in_front_of(&self, other: &Claim) -> bool {
+        self.is_on_side_of(other) && !other.is_as_near_as(self)
+    }
+
+    fn is_as_near_as(&self, nearest: &Claim) -> bool {
+        let part = if self.is_beside(nearest) { UNEVEN } else { ROUNDING };
+        self.distance - nearest.distance <= part * self.whole.min(nearest.whole).abs().sqrt()
+    }
+}
+
+/// How a contact has lost a node to another one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Lost {
+    /// The counterpart of the other contact lies in front: nothing is left to carry.
+    Behind,
+    /// The other contact has met more of the same faces: the neighbours of the node carry for it, if there are any.
+    Beside,
+    /// The other contact is bonded, or meets other faces, across an edge: the neighbours of the node carry for it.
+    AcrossEdge,
+}
+
+/// For each surface the nodes that belong to another one.
+pub(super) type LostNodes = Vec<HashMap<u32, Lost>>;
+
+/// What surfaces have of the nodes that several name.
+#[derive(Default)]
+pub(super) struct Shares<'a> {
+    pub lost: LostNodes,
+    /// The matches that were made, by surface.
+    pub matched: HashMap<usize, Matched<'a>>,
+    /// Surfaces that meet parts of the same faces.
+    beside: Vec<[usize; 2]>,
+}
+
+impl<'a> Shares<'a> {
+    pub(super) fn new(mesh: &'a Mesh, dofs: &DofMap, surfaces: &'a [ContactSurface]) -> Shares<'a> {
+        let mut shares = Shares { lost: vec![HashMap::new(); surfaces.len()], ..Shares::default() };
+        let named = named_by_several(mesh, surfaces);
+        let numbers: BTreeSet<usize> = named.iter().flat_map(|(_, by)| by.iter().copied()).collect();
+        let claims: HashMap<usize, HashMap<u32, Claim>> =
+            numbers.into_iter().map(|number| (number, shares.claims(mesh, dofs, surfaces, number))).collect();
+        let places = places(mesh, surfaces);
+        for (node, by) in named {
+            let of = |&number: &usize| Some((number, claims.get(&number)?.get(&node)?));
+            let candidates: Vec<(usize, &Claim)> = by.iter().filter_map(of).collect();
+            let Some((owner, own)) = owner(&candidates, surfaces, &places) else { continue };
+            let is_obstacle = |number: usize| matches!(surfaces[number].against, Counterpart::Obstacle(_));
+            let is_bonded = |number: usize| surfaces[number].friction == SurfaceFriction::Bonded;
+            for number in by.into_iter().filter(|&number| number != owner) {
+                let claim = candidates.iter().find(|(other, _)| *other == number).map(|(_, claim)| *claim);
+                if is_obstacle(number) && (is_obstacle(owner) || is_bonded(owner) && !is_bonded(number)) {
+                    continue; // several obstacles have the node, and what is tied is known to all
+                }
+                let lost = match claim {
+                    None if is_obstacle(owner) && shares.hardly_meets(dofs, number, node) => Lost::Behind,
+                    None => Lost::AcrossEdge,
+                    Some(_) if is_bonded(owner) && !is_bonded(number) => Lost::AcrossEdge,
+                    Some(claim) if claim.is_beside(own) => Lost::Beside,
+                    Some(claim) if own.is_in_front_of(claim) => Lost::Behind,
+                    Some(_) => Lost::AcrossEdge,
+                };
+                if lost == Lost::Beside {
+                    shares.beside.push([owner, number]);
+                }
+                shares.lost[number].insert(node, lost);
+            }
+        }
+        shares
+    }
+
+    /// Whether a node makes no claim because hardly anything of its faces meets the counterpart.
+    fn hardly_meets(&self, dofs: &DofMap, number: usize, node: u32) -> bool {
+        self.matched.get(&number).is_some_and(|matched| matched.hardly_meets(dofs, node))
+    }
+
+    fn claims(
+        &mut self,
+        mesh: &'a Mesh,
+        dofs: &DofMap,
+        surfaces: &'a [ContactSurface],
+        number: usize,
+    ) -> HashMap<u32, Claim> {
+        let surface = &surfaces[number];
+        match &surface.against {
+            Counterpart::Obstacle(obstacle) => claims_on_obstacle(mesh, dofs, surface, obstacle),
+            Counterpart::Surface(master) => match &master.nodes {
+                Some(nodes) => claims_of_nodes(mesh, dofs, surface, master, nodes),
+                // What is wrong with the surfaces is said where they get their points.
+                None => Matched::new(mesh, dofs, surface, master).map_or_else(
+                    |_| HashMap::new(),
+                    |matched| {
+                        let claims = matched.claims(dofs);
+                        self.matched.insert(number, matched);
+                        claims
+                    },
+                ),
+            },
+        }
+    }
+}
+
+/// Nodes that several surfaces name, at least one of them a surface of a pair, and these.
+fn named_by_several(mesh: &Mesh, surfaces: &[ContactSurface]) -> Vec<(u32, Vec<usize>)> {
+    let of = |(number, surface): (usize, &ContactSurface)| {
+        let nodes = match &surface.against {
+            Counterpart::Surface(master) => master.nodes.clone(),
+            Counterpart::Obstacle(_) => None,
+        };
+        nodes.unwrap_or_else(|| mesh.face_nodes(&surface.faces)).into_iter().map(move |node| (node, number))
+    };
+    if surfaces.len() < 2 {
+        return Vec::new();
+    }
+    let mut named: Vec<(u32, usize)> = surfaces.iter().enumerate().flat_map(of).collect();
+    named.sort_unstable();
+    named.dedup();
+    let meets_surface = |run: &&[(u32, usize)]| {
+        run.len() > 1 && run.iter().any(|(_, number)| matches!(surfaces[*number].against, Counterpart::Surface(_)))
+    };
+    let runs = named.chunk_by(|a, b| a.0 == b.0).filter(meets_surface);
+    runs.map(|run| (run[0].0, run.iter().map(|(_, number)| *number).collect())).collect()
+}
+
+/// For each surface its place in an order that does not depend on how they are listed: by the first nodes of both sides.
+pub(super) fn places(mesh: &Mesh, surfaces: &[ContactSurface]) -> Vec<usize> {
+    let first = |faces: &[u32]| mesh.face_nodes(faces).first().copied();
+    let key = |surface: &ContactSurface| match &surface.against {
+        Counterpart::Surface(master) => (first(&surface.faces), first(&master.faces)),
+        Counterpart::Obstacle(_) => (first(&surface.faces), None),
+    };
+    let mut order: Vec<usize> = (0..surfaces.len()).collect();
+    order.sort_by_cached_key(|&number| (key(&surfaces[number]), number));
+    let mut places = vec![0; surfaces.len()];
+    order.iter().enumerate().for_each(|(place, &number)| places[number] = place);
+    places
+}
+
+/// An obstacle keeps a node unless something lies in front of it: no neighbour could carry for the node.
+fn owner<'c>(
+    candidates: &[(usize, &'c Claim)],
+    surfaces: &[ContactSurface],
+    places: &[usize],
+) -> Option<(usize, &'c Claim)> {
+    let is_bonded = |number: usize| surfaces[number].friction == SurfaceFriction::Bonded;
+    let is_obstacle = |number: usize| matches!(surfaces[number].against, Counterpart::Obstacle(_));
+    let bonded = candidates.iter().any(|(number, _)| is_bonded(*number));
+    let candidates = || candidates.iter().copied().filter(|(number, _)| is_bonded(*number) == bonded);
+    let is_free =
+        |claim: &Claim| !candidates().any(|(number, other)| !is_obstacle(number) && other.is_in_front_of(claim));
+    let obstacle = candidates().find(|(number, claim)| is_obstacle(*number) && is_free(claim));
+    if obstacle.is_some() {
+        return obstacle;
+    }
+    let pairs = || candidates().filter(|(number, _)| !is_obstacle(*number));
+    let (_, nearest) = pairs().min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
+    let mut as_near: Vec<(usize, &Claim)> = pairs().filter(|(_, claim)| claim.is_as_near_as(nearest)).collect();
+    as_near.sort_by_key(|(number, _)| places[*number]);
+    let more = |a: &Claim, b: &Claim| a.covered > (1.0 + SAME_AREA) * b.covered;
+    as_near.into_iter().reduce(|best, next| if more(next.1, best.1) { next } else { best })
+}
+
+/// Of the pairs that `may` change sides those that do: the counterpart of another contact lies under some of the faces with their
+/// points, and under those of their other sides none does. All that change do so together, in whatever order they are listed.
+pub(crate) fn sides_to_change(
+    mesh: &Mesh,
+    dofs: &DofMap,
+    surfaces: &[ContactSurface],
+    may: impl Fn(&ContactSurface) -> bool,
+) -> Vec<bool> {
+    let in_conflict = |surfaces: &[ContactSurface]| {
+        let mut conflict = vec![false; surfaces.len()];
+        Shares::new(mesh, dofs, surfaces).beside.into_iter().flatten().for_each(|number| conflict[number] = true);
+        conflict
+    };
+    let mut changing = in_conflict(surfaces);
+    changing.iter_mut().zip(surfaces).for_each(|(changes, surface)| *changes = *changes && may(surface));
+    while changing.contains(&true) {
+        let mut changed = surfaces.to_vec();
+        let those = changed.iter_mut().zip(&changing).filter(|(_, changes)| **changes);
+        those.for_each(|(surface, _)| surface.change_sides());
+        let still = in_conflict(&changed);
+        if changing.iter().zip(&still).all(|(changes, still)| !(*changes && *still)) {
+            break;
+        }
+        changing.iter_mut().zip(still).for_each(|(changes, still)| *changes &= !still);
+    }
+    changing
+}
