@@ -165,6 +165,14 @@ impl Halo {
         part
     }
 
+    /// The exchange of these own values of each rank; all ranks make it together.
+    pub(crate) fn of_flagged(&self, own: &[u32]) -> Halo {
+        let mut flags = vec![0u8; self.own()];
+        own.iter().for_each(|&i| flags[i as usize] = 1);
+        self.update(&mut flags);
+        self.only((0..flags.len() as u32).filter(|&k| flags[k as usize] == 1))
+    }
+
     /// Sets the ghosts, which are appended where there are own values alone; those that are not exchanged are zero.
     pub fn update<T: Wire>(&self, x: &mut Vec<T>) {
         if self.kind == Kind::Alone {

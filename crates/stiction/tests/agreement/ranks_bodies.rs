@@ -69,6 +69,7 @@ fn the_certificate_of_ranks_counts_each_point_between_bodies_once() {
 /// The bar of the design: at most two cycles or a quarter more, whatever the ranks.
 #[test]
 fn two_bodies_take_hardly_more_cycles_on_ranks() {
+    let mut above = Vec::new();
     for (element, matching) in [(TET4, false), (HEX8, false), (HEX8, true)] {
         for text in [
             blocks(element, matching, "{ coulomb = 0.35 }"),
@@ -77,14 +78,15 @@ fn two_bodies_take_hardly_more_cycles_on_ranks() {
         ] {
             let case = case_of(&text, "1e-8");
             let serial = serial_cycles(&prepare(&case).unwrap());
-            for size in [1, 2, 3, 4, 8] {
-                let cycles = on_ranks(&case, size).1.counts.iterations;
-                let most = (serial + 2).max(serial * 125 / 100);
-                assert!(cycles <= most, "{text}: {cycles} cycles on {size} ranks, {serial} on one");
-                assert!(size > 1 || cycles == serial, "{cycles} {serial}");
+            let found = [1, 2, 3, 4, 8].map(|size| on_ranks(&case, size).1.counts.iterations);
+            println!("{serial} {found:?}");
+            let most = (serial + 2).max(serial * 125 / 100);
+            if found[0] != serial || found.iter().any(|&cycles| cycles > most) {
+                above.push(format!("{text}: {found:?} cycles, {serial} without ranks"));
             }
         }
     }
+    assert!(above.is_empty(), "{above:#?}");
 }
 
 /// A block on a plate on a floor that is named for both, and two stamps on the faces of one plate: nodes that several contacts name.

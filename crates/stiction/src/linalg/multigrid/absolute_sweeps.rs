@@ -6,11 +6,10 @@
 //! displacement by which the free components of its followers stay in place. Their matrix is that of the constrained problem, swept by
 //! Gauss-Seidel forward before the coarse correction and backward after it, so that the cycle stays symmetric.
 //!
-//! Between ranks, only nodes without ghosts in their rows take part: such functions are not coupled with those of other ranks, and take
-//! no message.
+//! Each rank sweeps the functions of its own nodes with its own followers; between ranks these sweeps are Jacobi's, with damped steps.
 
 use super::blocks::{Block, Blocks};
-use super::dense::{add_product, add_transpose_product};
+use super::dense::{add_product, add_transpose_product, square};
 use super::packed::{Packed, Single, add, add_transposed, double, single, subtract};
 use super::relative_coordinates::{RelativeCoordinates, places};
 use super::smoother::Level;
@@ -18,12 +17,15 @@ use super::truncation::NodeConstraint;
 use crate::ranks::Halo;
 
 /// The nodes that others are measured from, and the space of their motions alone.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct AbsoluteSweeps {
     /// Nodes that others are measured from.
     nodes: Vec<u32>,
     /// By the places of the nodes that may be constrained, what each is measured from: columns are places in `nodes`.
     followers: Blocks<3, 3>,
+    /// The exchange of steps at nodes that functions may move, and that of values at the ghosts in the rows of these nodes.
+    steps: Halo,
+    near: Halo,
     /// Which components are constrained in the space.
     constrained: Vec<[bool; 3]>,
     space: Option<Space>,
@@ -42,32 +44,25 @@ struct Space {
 }
 
 impl AbsoluteSweeps {
-    /// Of contact nodes in the coordinates of a matrix whose nodes are divided by `halo`.
-    pub(super) fn new(
-        relative: Option<&RelativeCoordinates>,
-        contact_nodes: &[u32],
-        fine: &Packed<3, 3>,
-        halo: &Halo,
-    ) -> Self {
-        let Some(relative) = relative else { return AbsoluteSweeps::default() };
-        // Columns ascend, and ghosts come after the own nodes.
-        let is_inside = |v: u32| {
-            (v as usize) < fine.rows && fine.row(v as usize).0.last().is_some_and(|&j| (j as usize) < halo.own())
-        };
-        let rows = relative.rows_of(contact_nodes);
-        let measured_from = |i: usize| {
-            let inside = is_inside(contact_nodes[i]);
-            rows(i).filter(move |(j, _)| inside && is_inside(*j))
-        };
+    /// Of the contact nodes of the finest level; all ranks make theirs together.
+    pub(super) fn new(relative: Option<&RelativeCoordinates>, contact_nodes: &[u32], fine: &Level<3, 4>) -> Self {
+        let own = fine.matrix.rows;
+        let rows = relative.map(|relative| relative.rows_of(contact_nodes));
+        let measured_from = |i: usize| rows.iter().flat_map(move |rows| rows(i)).filter(|(j, _)| (*j as usize) < own);
         let mut nodes: Vec<u32> = (0..contact_nodes.len()).flat_map(|i| measured_from(i).map(|(j, _)| j)).collect();
         nodes.sort_unstable();
         nodes.dedup();
-        let place = places(&nodes, fine.rows);
+        let place = places(&nodes, own);
         let named = |i: usize, name: &mut dyn FnMut(u32)| measured_from(i).for_each(|(j, _)| name(place[j as usize]));
-        let followers = Blocks::from_rows(contact_nodes.len(), nodes.len(), named, |i, row| {
+        let followers: Blocks<3, 3> = Blocks::from_rows(contact_nodes.len(), nodes.len(), named, |i, row| {
             measured_from(i).for_each(|(j, block)| *row.at(place[j as usize]) = *block);
         });
-        AbsoluteSweeps { nodes, followers, ..AbsoluteSweeps::default() }
+        let follows = |i: &usize| !followers.row(*i).0.is_empty();
+        let moved = (0..contact_nodes.len()).filter(follows).map(|i| contact_nodes[i]).chain(nodes.iter().copied());
+        let moved: Vec<u32> = moved.collect();
+        let steps = fine.halo.of_flagged(&moved);
+        let near = fine.halo.only(moved.iter().flat_map(|&v| fine.matrix.row(v as usize).0).copied());
+        AbsoluteSweeps { nodes, followers, steps, near, constrained: Vec::new(), space: None }
     }
 
     /// Takes the constraints of the contact nodes. The functions change where components are constrained or released, or if
@@ -147,38 +142,85 @@ impl AbsoluteSweeps {
         let springs: Vec<Block<3, 3>> = moved.iter().map(|(_, place)| spring_at(constraints, *place)).collect();
         let matrix = galerkin(fine, &moved, &springs, &functions);
         let springs = springs.iter().map(single).collect();
-        let level = Level::new(&matrix, Halo::alone(nodes.len()));
+        let mut level = Level::new(&matrix, Halo::alone(nodes.len()));
+        if !self.steps.is_alone() {
+            self.damp(&mut level, fine, &moved, &functions, &matrix);
+        }
         Some(Space { moved, functions: Packed::new(&functions), springs, level })
     }
 
+    /// Damps the steps of functions that are coupled with those of other ranks, as [`Level::damp`] does; the diagonal blocks of these count
+    /// as that of the function itself.
+    fn damp(
+        &self,
+        level: &mut Level<3, 4>,
+        fine: &Packed<3, 3>,
+        moved: &[(u32, u32)],
+        functions: &Blocks<3, 3>,
+        matrix: &Blocks<3, 3>,
+    ) {
+        let mut is_moved = vec![false; self.steps.len()];
+        let ghosts = self.steps.neighbours().0.iter().flat_map(|(_, places)| places);
+        ghosts.for_each(|&g| is_moved[g as usize] = true);
+        let mut sums = vec![0.0; functions.cols];
+        for (t, &(v, _)) in moved.iter().enumerate() {
+            let coupled = fine.entries_of(v as usize).filter(|(j, _)| is_moved[*j as usize]);
+            let coupled: f64 = coupled.map(|(_, block)| square(&double(block)).sqrt()).sum();
+            if coupled > 0.0 {
+                functions.entries_of(t).for_each(|(k, f)| sums[k as usize] += coupled * square(f).sqrt());
+            }
+        }
+        for (k, sum) in sums.into_iter().enumerate().filter(|(_, sum)| *sum > 0.0) {
+            let sum = sum / square(&matrix.diagonal(k)).sqrt();
+            let damping = if sum > 1.0 { (2.0 / (1.0 + sum)) as f32 } else { 1.0 };
+            level.inverse[k].iter_mut().flatten().for_each(|value| *value *= damping);
+        }
+    }
+
     /// Sweeps forward for `residual`, adds the step to `x`, and takes what it balances off the residual. `coulomb` are the nodes with a
-    /// Coulomb coupling, whose rows come without it.
+    /// Coulomb coupling, whose rows come without it. `x` has its ghosts, before and after.
     pub(super) fn forward(
         &self,
-        fine: &Packed<3, 3>,
+        fine: &Level<3, 4>,
         x: &mut [[f32; 3]],
         residual: &mut [[f32; 3]],
         coulomb: &[(u32, [f32; 2])],
     ) {
-        let Some(space) = &self.space else { return };
-        let (y, _) = space.level.forward(&space.tested(coulomb, fine.rows, |t| residual[space.moved[t].0 as usize]));
-        for ((&(v, _), step), spring) in space.moved.iter().zip(space.steps(&y)).zip(&space.springs) {
-            (0..3).for_each(|c| x[v as usize][c] += step[c]);
-            let minus = step.map(|s| -s);
-            // The matrix is symmetric: its columns are its rows.
-            fine.entries_of(v as usize).for_each(|(j, a)| add_transposed(a, &minus, &mut residual[j as usize]));
-            subtract(spring, &step, &mut residual[v as usize]);
+        let own = fine.matrix.rows;
+        let mut step = Vec::new();
+        if let Some(space) = &self.space {
+            let (y, _) = space.level.forward(&space.tested(coulomb, own, |t| residual[space.moved[t].0 as usize]));
+            step = space.steps(&y);
+            for ((&(v, _), step), spring) in space.moved.iter().zip(&step).zip(&space.springs) {
+                (0..3).for_each(|c| x[v as usize][c] += step[c]);
+                let minus = step.map(|s| -s);
+                // The matrix is symmetric: its columns are its rows.
+                for (j, a) in fine.matrix.entries_of(v as usize).filter(|(j, _)| (*j as usize) < own) {
+                    add_transposed(a, &minus, &mut residual[j as usize]);
+                }
+                subtract(spring, step, &mut residual[v as usize]);
+            }
         }
+        if self.steps.is_alone() {
+            return;
+        }
+        let mut all = vec![[0.0; 3]; own];
+        let moved = self.space.iter().flat_map(|space| &space.moved);
+        moved.zip(step).for_each(|((v, _), step)| all[*v as usize] = step);
+        self.steps.update(&mut all);
+        x[own..].iter_mut().zip(&all[own..]).for_each(|(x, step)| (0..3).for_each(|c| x[c] += step[c]));
+        fine.subtract_ghosts(&all, residual);
     }
 
-    /// Sweeps backward for `A x = b` from `x`; `coulomb` as for [`Self::forward`].
+    /// Sweeps backward for `A x = b` from `x`, whose ghosts are set before and not after; `coulomb` as for [`Self::forward`].
     pub(super) fn backward(
         &self,
         fine: &Packed<3, 3>,
         b: &[[f32; 3]],
-        x: &mut [[f32; 3]],
+        x: &mut Vec<[f32; 3]>,
         coulomb: &[(u32, [f32; 2])],
     ) {
+        self.near.update(x);
         let Some(space) = &self.space else { return };
         let left = |t: usize| {
             let v = space.moved[t].0 as usize;
@@ -236,7 +278,9 @@ fn galerkin(
 ) -> Blocks<3, 3> {
     let at = places(&moved.iter().map(|(v, _)| *v).collect::<Vec<_>>(), fine.rows);
     let near = |t: usize| {
-        let entries = fine.entries_of(moved[t].0 as usize).map(|(j, block)| (at[j as usize], block));
+        let entries = fine
+            .entries_of(moved[t].0 as usize)
+            .map(|(j, block)| (at.get(j as usize).copied().unwrap_or(u32::MAX), block));
         entries.filter(|(place, _)| *place != u32::MAX)
     };
     let reached = |t: usize, name: &mut dyn FnMut(u32)| {

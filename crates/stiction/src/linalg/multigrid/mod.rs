@@ -206,7 +206,7 @@ impl Hierarchy {
         if halos[coarse.len()].total() > Threshold::COARSEST_LIMIT {
             return Ok(None);
         }
-        let absolute = AbsoluteSweeps::new(relative, contact_nodes, &fine.matrix, &fine.halo);
+        let absolute = AbsoluteSweeps::new(relative, contact_nodes, &fine);
         let coarsest = CoarsestFactor::new(&matrix);
         truncation.set_coarsest(matrix);
         let mut hierarchy = Hierarchy {
@@ -267,7 +267,7 @@ impl Hierarchy {
             return vec![[0.0; 3]; b.len()];
         }
         let (mut x, mut residual) = self.fine.forward(&b);
-        self.absolute.forward(&self.fine.matrix, &mut x, &mut residual, &self.coulomb);
+        self.absolute.forward(&self.fine, &mut x, &mut residual, &self.coulomb);
         let residual = self.truncated_residual(&x, residual);
         match &self.linear {
             None => {

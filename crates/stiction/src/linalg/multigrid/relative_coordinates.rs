@@ -556,7 +556,7 @@ mod tests {
                 dot(&x, &times(&x)) / dot(&p, &times(&p))
             };
             let with = left_after(&multigrid, 8);
-            multigrid.absolute = AbsoluteSweeps::default();
+            multigrid.absolute = AbsoluteSweeps::new(None, &coordinates.nodes, &multigrid.fine);
             let without = left_after(&multigrid, 8);
             assert!(with < 0.1 * without, "{with} {without}");
         }

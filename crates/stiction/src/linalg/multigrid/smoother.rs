@@ -96,11 +96,7 @@ impl<const R: usize, const W: usize> Level<R, W> {
 
     /// Makes known which own rows may change: their inverses are sent to other ranks each time.
     pub(super) fn expect_changes(&mut self, rows: &[u32]) {
-        let mut changes = vec![0u8; self.halo.own()];
-        rows.iter().for_each(|&i| changes[i as usize] = 1);
-        self.halo.update(&mut changes);
-        let changing = (0..changes.len() as u32).filter(|&k| changes[k as usize] == 1);
-        self.changing = self.halo.only(changing);
+        self.changing = self.halo.of_flagged(rows);
     }
 
     /// Damps the steps at the border so that the sweeps stay definite however the nodes are divided.
@@ -289,6 +285,15 @@ impl<const R: usize, const W: usize> Level<R, W> {
     fn is_later(&self, j: usize, i: usize) -> bool {
         let (other, own) = (chunk_of(j), chunk_of(i));
         if other == own { j > i } else { self.colour[other] > self.colour[own] }
+    }
+
+    /// Takes the products of the matrix with values at ghosts off a residual.
+    pub(super) fn subtract_ghosts(&self, x: &[[f32; R]], residual: &mut [[f32; R]]) {
+        for &i in &self.interface {
+            for place in self.ghosts[i as usize]..self.matrix.start[i as usize + 1] {
+                subtract(&self.matrix.value[place], &x[self.matrix.column[place] as usize], &mut residual[i as usize]);
+            }
+        }
     }
 
     /// What ghosts, and a step that was damped, leave in the residual of a row after a forward sweep to `x`.
