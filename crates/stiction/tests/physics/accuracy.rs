@@ -155,6 +155,73 @@ fn a_peak_without_limit_gets_no_value_and_is_no_goal() {
     assert!(rate > 1.0 / 3.0, "{rate}");
 }
 
+/// The energy falls to one limit with both kinds of cells; the error in the energy norm is the root of what is above it.
+#[test]
+fn the_error_under_a_punch_falls_with_the_power_that_the_element_allows() {
+    let levels = |cells: &str, goals: &str| refined(&PUNCH.replace("hex8", cells), goals).2.levels;
+    let quadratic = levels("tet10", "energy = 0.04");
+    let linear = levels("tet4", "energy = 0.11\nelement = \"tet4\"");
+    let energy = |level: &LevelRecord| level.values.get("energy").unwrap();
+    // The last four meshes of quadratic cells, by the fall of the squared estimate.
+    let [a, b] = [quadratic.len() - 4, quadratic.len() - 1].map(|k| &quadratic[k]);
+    let [of_a, of_b] = [a, b].map(|level| energy(level) * level.error.powi(2));
+    let limit = energy(b) - (energy(a) - energy(b)) / (of_a - of_b) * of_b;
+    let rate_of = |levels: &[LevelRecord]| {
+        let error = |level: &LevelRecord| (energy(level) - limit).sqrt();
+        let (first, last) = (&levels[0], levels.last().unwrap());
+        rate((first, error(first)), (last, error(last)))
+    };
+    let rates = [rate_of(&linear), rate_of(&quadratic)];
+    assert!(rates[0] > 0.30 && rates[1] > 0.45, "{rates:?}");
+}
+
+/// A quarter of a block on a ball, from cells four times as wide as the contact is.
+const HERTZ: &str = r#"
+[mesh]
+block = { size = [1, 1, 1], cells = [4, 4, 4], element = "hex8" }
+[materials.steel]
+young = 210e3
+poisson = 0.3
+[[fix]]
+on = "x-min"
+components = "x"
+[[fix]]
+on = "y-min"
+components = "y"
+[[fix]]
+on = "z-max"
+components = "z"
+value = -1e-3
+[[contact]]
+on = "z-min"
+against = { sphere = { center = [0, 0, -10], radius = 10 } }
+friction = "none"
+"#;
+
+/// Hertz's radius and largest pressure for the force found. The radius is that of the second moment of the forces, of which
+/// Hertz's pressure has `2/5 a²` for each unit of force.
+#[test]
+fn hertz_is_met_with_few_unknowns_from_cells_wider_than_the_contact() {
+    let (prepared, outcome, record) = refined(HERTZ, "energy = 0.08");
+    assert!(prepared.problem.unknowns() < 8000);
+    let fine = refined(HERTZ, "energy = 0.02").2;
+    let of = |record: &AccuracyRecord, name: &str| record.levels.last().unwrap().values.get(name).unwrap();
+    let force = of(&record, "normal force");
+    let off = force / of(&fine, "normal force") - 1.0;
+    assert!(off.abs() < 0.003, "{off}");
+    let radius = (3.0 * 4.0 * force * 10.0 / (4.0 * 210e3 / (1.0 - 0.09))).cbrt();
+    let peak = of(&record, "largest pressure") / (3.0 * 4.0 * force / (2.0 * std::f64::consts::PI * radius * radius));
+    assert!((peak - 1.0).abs() < 0.01, "{peak}");
+    let nodal = prepared.problem.contact.B.transpose_times(&outcome.solution.lambda);
+    let along_z = nodal.iter().zip(&prepared.model.dofs.free).filter(|(_, dof)| *dof % 3 == 2);
+    let moment = along_z.map(|(f, &dof)| {
+        let [x, y, _] = prepared.mesh.nodes[dof as usize / 3];
+        -f * (x * x + y * y)
+    });
+    let found = (2.5 * moment.sum::<f64>() / force).sqrt();
+    assert!((found / radius - 1.0).abs() < 0.02, "{found} {radius}");
+}
+
 #[test]
 fn two_bodies_are_both_refined_and_keep_their_roles() {
     let (prepared, outcome, record) = refined(CUBE_ON_BLOCK, "energy = 0.06");

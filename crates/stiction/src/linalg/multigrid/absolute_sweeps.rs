@@ -149,8 +149,9 @@ impl AbsoluteSweeps {
         Some(Space { moved, functions: Packed::new(&functions), springs, level })
     }
 
-    /// Damps the steps of functions that are coupled with those of other ranks, as [`Level::damp`] does; the diagonal blocks of these count
-    /// as that of the function itself.
+    /// Damps the steps of functions that are coupled with those of other ranks, as [`Level::damp`] does. Their diagonal blocks count
+    /// as that of the function itself, and norms of blocks as those of multiples of the identity: `|A| |F| / (3 |D|)^1/2` in Frobenius'
+    /// norms. Without the root two bodies of hexahedra of twenty nodes take 30 cycles on 8 ranks in place of 27.
     fn damp(
         &self,
         level: &mut Level<3, 4>,
@@ -171,7 +172,7 @@ impl AbsoluteSweeps {
             }
         }
         for (k, sum) in sums.into_iter().enumerate().filter(|(_, sum)| *sum > 0.0) {
-            let sum = sum / square(&matrix.diagonal(k)).sqrt();
+            let sum = sum / (3.0 * square(&matrix.diagonal(k))).sqrt();
             let damping = if sum > 1.0 { (2.0 / (1.0 + sum)) as f32 } else { 1.0 };
             level.inverse[k].iter_mut().flatten().for_each(|value| *value *= damping);
         }
