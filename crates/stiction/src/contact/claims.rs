@@ -106,10 +106,15 @@ impl<'a> Shares<'a> {
             let is_bonded = |number: usize| surfaces[number].friction == SurfaceFriction::Bonded;
             for number in by.into_iter().filter(|&number| number != owner) {
                 let claim = candidates.iter().find(|(other, _)| *other == number).map(|(_, claim)| *claim);
-                if is_obstacle(number) && (is_obstacle(owner) || is_bonded(owner) && !is_bonded(number)) {
+                let hides = |(other, front): &(usize, &Claim)| {
+                    !is_obstacle(*other) && claim.is_some_and(|claim| front.is_in_front_of(claim))
+                };
+                let is_hidden = is_obstacle(owner) && candidates.iter().any(hides);
+                if is_obstacle(number) && !is_hidden && (is_obstacle(owner) || is_bonded(owner) && !is_bonded(number)) {
                     continue; // several obstacles have the node, and what is tied is known to all
                 }
                 let lost = match claim {
+                    Some(_) if is_hidden && is_obstacle(number) => Lost::Behind,
                     None if is_obstacle(owner) && shares.hardly_meets(dofs, number, node) => Lost::Behind,
                     None => Lost::AcrossEdge,
                     Some(_) if is_bonded(owner) && !is_bonded(number) => Lost::AcrossEdge,

@@ -109,11 +109,13 @@ impl Seen {
 /// What each face of `slave` meets of the faces of `master` no farther than `search` (length) along its normal. With
 /// `averted` a face that no face looks at meets those that look the same way and lie in it.
 pub(super) fn meet(mesh: &Mesh, slave: &[u32], master: &[u32], search: f64, averted: bool) -> Vec<Met> {
-    let tree = Tree::new(master.iter().map(|&face| Bounds::around(face_coordinates(mesh, face))).collect());
+    let tree =
+        |faces: &[u32]| Tree::new(faces.iter().map(|&face| Bounds::around(face_coordinates(mesh, face))).collect());
+    let sides = Sides { slave, own: tree(slave), master, other: tree(master) };
     let of = |&face: &u32| {
-        let found = met(mesh, face, master, &tree, search, [false, averted]).unwrap_or_default();
+        let found = met(mesh, face, &sides, search, [false, averted]).unwrap_or_default();
         let again = averted && found.averted && found.covered == 0.0;
-        if again { met(mesh, face, master, &tree, search, [true; 2]).unwrap_or(found) } else { found }
+        if again { met(mesh, face, &sides, search, [true; 2]).unwrap_or(found) } else { found }
     };
     slave.par_iter().map(of).collect()
 }
@@ -128,9 +130,17 @@ pub(super) struct Segment {
     pub distance: f64,
 }
 
+/// The faces of both surfaces, and trees of their places.
+struct Sides<'a> {
+    slave: &'a [u32],
+    own: Tree,
+    master: &'a [u32],
+    other: Tree,
+}
+
 /// With `same` what looks the same way is met, otherwise what looks back. With `every` all parts of the other surface are met, not
 /// the nearest alone.
-fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64, [same, every]: [bool; 2]) -> Option<Met> {
+fn met(mesh: &Mesh, face: u32, sides: &Sides, search: f64, [same, every]: [bool; 2]) -> Option<Met> {
     let plane = Plane::of_face(mesh, face)?;
     let own = face_coordinates(mesh, face);
     let slave = plane.see(&own);
@@ -139,10 +149,10 @@ fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64, [same, 
     let search = if same { search.min(COINCIDENT * whole.abs().sqrt()) } else { search };
     let [low, high] = bounds(slave.flat.nodes());
     let reach = |side: f64| own.iter().map(move |&x| add(x, scale(side * search, plane.axes[2])));
-    let candidates = tree.meeting(&Bounds::around(reach(-1.0).chain(reach(1.0))));
+    let candidates = sides.other.meeting(&Bounds::around(reach(-1.0).chain(reach(1.0))));
     let (mut segments, mut masters, mut averted) = (Vec::new(), Vec::new(), false);
     let (mut polygon, mut room) = (Vec::new(), Vec::new());
-    for other in candidates.into_iter().map(|i| master[i as usize]) {
+    for other in candidates.into_iter().map(|i| sides.master[i as usize]) {
         let seen = plane.see(&face_coordinates(mesh, other));
         let [from, to] = bounds(seen.flat.nodes());
         if (0..2).any(|c| to[c] < low[c] || high[c] < from[c]) {
@@ -172,6 +182,9 @@ fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64, [same, 
             masters.push(seen);
         }
     }
+    if !same {
+        leave_out_beyond_own_side(mesh, (face, &plane, whole.abs().sqrt()), sides, &mut segments);
+    }
     keep_nearest(&mut segments, whole);
     let several = !every && keep_nearest_part(mesh, &mut segments, whole);
     let covered: f64 = segments.iter().map(|s| area(&s.polygon)).sum();
@@ -195,6 +208,59 @@ fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64, [same, 
         several,
         averted,
     })
+}
+
+/// Leaves out what lies in the body deeper than the body is thick there: behind a face of its own that looks back. Top and bottom of two
+/// plates on one another, with whole skins named, look away from one another and do not overlap.
+/// `size` is the root of the area of the face.
+fn leave_out_beyond_own_side(
+    mesh: &Mesh,
+    (face, plane, size): (u32, &Plane, f64),
+    sides: &Sides,
+    segments: &mut Vec<Segment>,
+) {
+    let deepest = segments.iter().map(|s| s.distance).fold(0.0, f64::min);
+    if deepest >= -COINCIDENT * size {
+        return;
+    }
+    let own = face_coordinates(mesh, face);
+    let inwards = own.iter().map(|&x| add(x, scale(deepest, plane.axes[2])));
+    let near = sides.own.meeting(&Bounds::around(own.iter().copied().chain(inwards)));
+    let looks_back = |&other: &u32| other != face && dot(mesh.face_normal(other as usize), plane.axes[2]) < FACING;
+    let backs: Vec<Seen> = (near.into_iter().map(|i| sides.slave[i as usize]).filter(looks_back))
+        .map(|other| plane.see(&face_coordinates(mesh, other)))
+        .collect();
+    let (mut polygon, mut room) = (Vec::new(), Vec::new());
+    segments.retain(|segment| {
+        if segment.distance >= -COINCIDENT * size {
+            return true;
+        }
+        let mut mine = segment.polygon.clone();
+        if area(&mine) < 0.0 {
+            mine.reverse();
+        }
+        // Edges as short as rounding have no direction to clip by.
+        let same = |a: P2, b: P2| (a[0] - b[0]).abs().max((a[1] - b[1]).abs()) <= ROUNDING * size;
+        mine.dedup_by(|a, b| same(*a, *b));
+        while mine.len() > 1 && same(mine[0], mine[mine.len() - 1]) {
+            mine.pop();
+        }
+        let mut before = 0.0;
+        for back in &backs {
+            for piece in back.flat.pieces() {
+                clip(&piece, &mine, &mut polygon, &mut room);
+                if polygon.is_empty() {
+                    continue;
+                }
+                let middle = [0, 1].map(|c| polygon.iter().map(|p| p[c]).sum::<f64>() / polygon.len() as f64);
+                let height = back.height(middle);
+                if height < 0.0 && height > segment.distance + COINCIDENT * size {
+                    before += area(&polygon).abs();
+                }
+            }
+        }
+        before < 0.5 * area(&mine)
+    });
 }
 
 /// Where several layers lie over one another, only the nearest is met.

@@ -72,7 +72,7 @@ pub(super) fn all_points(
     let places = places(mesh, surfaces);
     order.sort_by_key(|&i| (!bonded(&surfaces[i]), matches!(surfaces[i].against, Counterpart::Surface(_)), places[i]));
     let Shares { lost, mut matched, .. } = Shares::new(mesh, dofs, surfaces);
-    let (mut tied, mut used) = (HashSet::new(), Used::default());
+    let (mut tied, mut taken) = (HashSet::new(), HashSet::new());
     let mut found: HashMap<usize, (Vec<Point>, SurfaceFacts)> = HashMap::new();
     for number in order {
         let (surface, lost) = (&surfaces[number], &lost[number]);
@@ -80,16 +80,20 @@ pub(super) fn all_points(
         let found_here = match &surface.against {
             Counterpart::Obstacle(obstacle) => points_on_obstacle(mesh, dofs, surface, obstacle, (lost, &tied)),
             Counterpart::Surface(master) => match &master.nodes {
-                Some(nodes) => used.apart(|taken| points_of_nodes(mesh, dofs, surface, master, nodes, (lost, taken))),
+                Some(nodes) => points_of_nodes(mesh, dofs, surface, master, nodes, (lost, &taken)),
                 None => matched
                     .remove(&number)
                     .map_or_else(|| Matched::new(mesh, dofs, surface, master), Ok)
-                    .and_then(|matched| used.apart(|taken| points_of_pair(&matched, dofs, lost, taken))),
+                    .and_then(|matched| points_of_pair(&matched, dofs, lost, &taken)),
             },
         };
         let (mut points, mut facts) = found_here.map_err(at_surface)?;
         merge(mesh, surface, &dofs.follows, &mut points, &mut facts).map_err(at_surface)?;
-        used.add(&points);
+        // A node that points hang on carries none of another surface: both sides would be held to one another twice.
+        for point in &points {
+            taken.insert(point.node);
+            taken.extend(point.others.iter().map(|other| other.0));
+        }
         if bonded(surface) {
             tied.extend(&facts.nodes);
             // Nodes an obstacle holds in every direction have no point and are tied all the same.
@@ -99,73 +103,6 @@ pub(super) fn all_points(
     }
     let (points, facts): (Vec<_>, Vec<_>) = (0..surfaces.len()).filter_map(|i| found.remove(&i)).unzip();
     Ok((points.into_iter().flatten().collect(), facts))
-}
-
-/// The nodes of the points found so far, and those that each hangs on.
-#[derive(Default)]
-struct Used {
-    own: HashSet<u32>,
-    hung_on: HashSet<u32>,
-    others: HashMap<u32, Vec<u32>>,
-}
-
-/// Points of a surface, and what was found.
-type Found = (Vec<Point>, SurfaceFacts);
-
-impl Used {
-    fn add(&mut self, points: &[Point]) {
-        for point in points {
-            let others = || point.others.iter().map(|other| other.0);
-            self.own.insert(point.node);
-            self.hung_on.extend(others());
-            self.others.entry(point.node).or_default().extend(others());
-        }
-    }
-
-    /// The points that `find` finds beside the nodes it is given: those that have points, and those that points hang on if a node
-    /// would hang on itself along a chain otherwise.
-    fn apart(&self, find: impl Fn(&HashSet<u32>) -> Result<Found, Error>) -> Result<Found, Error> {
-        let found = find(&self.own)?;
-        if !self.closes_a_chain(&found.0) {
-            return Ok(found);
-        }
-        find(&self.own.union(&self.hung_on).copied().collect())
-    }
-
-    /// Whether a node of these points, on which points before hang, hangs on itself.
-    fn closes_a_chain(&self, points: &[Point]) -> bool {
-        let mut open: Vec<(u32, bool)> = Vec::new();
-        open.extend(points.iter().filter(|point| self.hung_on.contains(&point.node)).map(|point| (point.node, false)));
-        if open.is_empty() {
-            return false;
-        }
-        let place: HashMap<u32, usize> = points.iter().enumerate().map(|(j, point)| (point.node, j)).collect();
-        // Nodes on the way from a start, and those from which no way leads back.
-        let (mut on_way, mut done) = (HashSet::new(), HashSet::new());
-        while let Some((node, left)) = open.pop() {
-            if left {
-                on_way.remove(&node);
-                done.insert(node);
-                continue;
-            }
-            if done.contains(&node) {
-                continue;
-            }
-            if !on_way.insert(node) {
-                continue;
-            }
-            open.push((node, true));
-            let own = place.get(&node).map(|&j| &points[j].others[..]).unwrap_or_default();
-            let before = self.others.get(&node).map(|others| &others[..]).unwrap_or_default();
-            for next in own.iter().map(|other| other.0).chain(before.iter().copied()) {
-                if on_way.contains(&next) {
-                    return true;
-                }
-                open.push((next, false));
-            }
-        }
-        false
-    }
 }
 
 fn quoted(name: &str) -> String {

@@ -2,9 +2,12 @@
 //! faces. What is right is said by statics, by symmetry, and by the same case with its contacts in another order.
 
 use std::collections::BTreeSet;
+use std::ops::ControlFlow;
 
 use stiction::fem::full_displacement;
-use stiction::run::{Outcome, Prepared, pair_totals};
+use stiction::friction::Status;
+use stiction::io::case;
+use stiction::run::{Outcome, Prepared, Settings, pair_totals, prepare, solve};
 use stiction_fixtures::case_run::{displacement, refused, solved};
 
 type Run = (Outcome, Prepared);
@@ -223,4 +226,31 @@ fn contacts_that_lose_nodes_say_so() {
     let one = solved(&format!("{}{both}", text.split("[[contact]]").next().unwrap()));
     assert!(one.1.facts.warnings.is_empty(), "{:?}", one.1.facts.warnings);
     assert!(solved(&text).1.facts.warnings.is_empty());
+}
+
+/// Two thin plates on one another: the top of the upper one and the bottom of the lower one look away from each other, and do not
+/// overlap by the thickness of both. Whole skins are what the faces that touch are; pulled off, nothing holds the plate.
+#[test]
+fn whole_skins_of_thin_plates_are_their_faces_that_touch() {
+    let text = |[on, against]: [&str; 2], friction: &str, pressure: f64, element: &str| {
+        format!(
+            "{}{}{STEEL}[[fix]]\non = \"a.z-min\"\n[[load]]\non = \"b.z-max\"\npressure = {pressure}\n\
+             [[contact]]\nname = \"joint\"\non = [{on}]\nagainst = [{against}]\nfriction = {friction}\n",
+            part("a", [[30.0, 30.0, 2.0], [0.0; 3]], [4, 4, 2], element),
+            part("b", [[20.0, 20.0, 2.0], [5.0, 5.0, 2.0]], [3, 3, 2], element),
+        )
+    };
+    let (of_a, of_b) = (skin("a"), skin("b"));
+    let (faces, skins) = (["\"b.z-min\"", "\"a.z-max\""], [of_b.as_str(), of_a.as_str()]);
+    for element in ["hex8", "tet10"] {
+        for friction in ["\"bonded\"", "{ coulomb = 0.3 }"] {
+            let [by_faces, by_skins] = [faces, skins].map(|named| solved(&text(named, friction, 10.0, element)));
+            is(normal_force(&by_skins, "joint"), 4000.0, 4000.0);
+            same(&by_faces, &by_skins);
+        }
+        let pulled = case::parse(&text(skins, "{ coulomb = 0.3 }", -0.1, element), "case.toml", &[]).unwrap();
+        let prepared = prepare(&pulled).unwrap();
+        let outcome = solve(&prepared, &Settings::of(&pulled.solver), &mut |_| ControlFlow::Continue(())).unwrap();
+        assert_eq!(outcome.solution.status, Status::NoEquilibrium);
+    }
 }

@@ -100,9 +100,15 @@ impl AbsoluteSweeps {
             std::array::from_fn(|c| !held[c] && block[c][c] > 0.0)
         };
         let follows: Vec<[bool; 3]> = contact_nodes.iter().map(|&v| free(v)).collect();
-        let is_follower = |i: usize| follows[i] != [false; 3] && !self.followers.row(i).0.is_empty();
+        // A node is left in place only where a free component of it is measured from the other one.
+        let is_dragged = |i: usize, block: &Block<3, 3>| (0..3).any(|r| follows[i][r] && block[r] != [0.0; 3]);
+        let dragged_by = |i: usize| {
+            let all = self.followers.entries_of(i);
+            all.filter(move |(_, block)| is_dragged(i, block))
+        };
+        let is_follower = |i: usize| dragged_by(i).next().is_some();
         let followers: Vec<usize> = (0..contact_nodes.len()).filter(|&i| is_follower(i)).collect();
-        let mut alone: Vec<u32> = followers.iter().flat_map(|&i| self.followers.row(i).0).copied().collect();
+        let mut alone: Vec<u32> = followers.iter().flat_map(|&i| dragged_by(i).map(|(k, _)| k)).collect();
         alone.sort_unstable();
         alone.dedup();
         if alone.is_empty() {
@@ -120,9 +126,7 @@ impl AbsoluteSweeps {
         let named = |t: usize, name: &mut dyn FnMut(u32)| {
             let (v, place) = moved[t];
             Some(own_column[v as usize]).filter(|k| *k != u32::MAX).into_iter().for_each(&mut *name);
-            as_follower(place).into_iter().for_each(|i| {
-                self.followers.row(i).0.iter().for_each(|&k| name(column[k as usize]));
-            });
+            as_follower(place).into_iter().for_each(|i| dragged_by(i).for_each(|(k, _)| name(column[k as usize])));
         };
         let functions: Blocks<3, 3> = Blocks::from_rows(moved.len(), nodes.len(), named, |t, row| {
             let (v, place) = moved[t];
@@ -131,7 +135,7 @@ impl AbsoluteSweeps {
                 (0..3).filter(|&c| moves[k as usize][c]).for_each(|c| block[c][c] += 1.0);
             }
             let Some(i) = as_follower(place) else { return };
-            for (k, block) in self.followers.entries_of(i) {
+            for (k, block) in dragged_by(i) {
                 let k = column[k as usize];
                 let target = row.at(k);
                 for r in (0..3).filter(|&r| follows[i][r]) {
@@ -209,6 +213,9 @@ impl AbsoluteSweeps {
         let moved = self.space.iter().flat_map(|space| &space.moved);
         moved.zip(step).for_each(|((v, _), step)| all[*v as usize] = step);
         self.steps.update(&mut all);
+        if self.steps.neighbours().0.is_empty() {
+            return;
+        }
         x[own..].iter_mut().zip(&all[own..]).for_each(|(x, step)| (0..3).for_each(|c| x[c] += step[c]));
         fine.subtract_ghosts(&all, residual);
     }
