@@ -35,6 +35,8 @@ const COINCIDENT: f64 = 1e-3;
 const SLIVER: f64 = 1e-13;
 /// A face covered to less than this part is not covered: the dual functions over it could not be distinguished.
 const LEAST_PART: f64 = 1e-6;
+/// Edges shorter than this part of the size of a face are rounding, of coordinates far from the origin too.
+const SHORT: f64 = 1e-9;
 /// Weights below this are rounding: matching nodes then hang on one node only.
 const ROUNDING: f64 = 1e-12;
 /// A node that carries for dropped neighbours must still count with this part of itself.
@@ -240,7 +242,7 @@ fn leave_out_beyond_own_side(
             mine.reverse();
         }
         // Edges as short as rounding have no direction to clip by.
-        let same = |a: P2, b: P2| (a[0] - b[0]).abs().max((a[1] - b[1]).abs()) <= ROUNDING * size;
+        let same = |a: P2, b: P2| (a[0] - b[0]).abs().max((a[1] - b[1]).abs()) <= SHORT * size;
         mine.dedup_by(|a, b| same(*a, *b));
         while mine.len() > 1 && same(mine[0], mine[mine.len() - 1]) {
             mine.pop();
