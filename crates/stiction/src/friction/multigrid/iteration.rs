@@ -78,6 +78,8 @@ pub(super) struct State {
 struct Survey {
     /// The violation of balance and law over the load.
     violated: f64,
+    /// The same over the contact forces alone.
+    of_contact: f64,
     /// Points in each state: open, stick, slip.
     states: [usize; 3],
     /// Whether the coarse levels change by the contact conditions, without Coulomb coupling and with it.
@@ -126,8 +128,8 @@ pub(super) fn run(
             tightening.balance(problem.transformed, &mut state.iterate);
         }
         let guessed = state.update_conditions(problem);
-        let Survey { violated, states, changes, stops } = state.survey(problem);
-        state.monitor.record(violated);
+        let Survey { violated, of_contact, states, changes, stops } = state.survey(problem);
+        state.monitor.record(violated, of_contact);
         state.stops |= observe(state.cycles, violated, states).is_break();
         if stops || state.stops && problem.transformed.halo().is_alone() {
             return End::Interrupted;
@@ -298,6 +300,7 @@ impl State {
         let [left, load, contact, open, stick, slip, without, with, stops] = sums;
         Survey {
             violated: over_load([left, load, contact]),
+            of_contact: (left / contact).sqrt(),
             states: [open, stick, slip].map(|count| count as usize),
             changes: [without, with].map(|ranks| ranks > 0.0),
             stops: stops > 0.0,

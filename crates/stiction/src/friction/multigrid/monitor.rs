@@ -4,9 +4,12 @@ use super::iteration::Iterate;
 struct Threshold;
 
 impl Threshold {
-    /// Above this residual the active sets are far from the final ones: the Coulomb coupling is left out, fewer directions are
-    /// kept and floating bodies are balanced. A coupled step takes the present sets for the final ones and cycles more easily.
-    const FAR: f64 = 0.05;
+    /// Above this residual, over the contact forces, the active sets are far from the final ones: the Coulomb coupling is left out,
+    /// fewer directions are kept and floating bodies are balanced. A coupled step takes the present sets for the final ones and cycles
+    /// more easily. Over a load that is in balance with itself, as that of a bolt or of a temperature, the residual says nothing: the
+    /// first load step of a flange with eight bolts takes 74 cycles by the contact forces, 138 by the load, on which its sets cycle.
+    /// 1000 random cases take 20 979, 20 957 and 21 226 cycles with 0.07, 0.1 and 0.14.
+    const FAR: f64 = 0.1;
     /// A run that begins at an answer below this residual begins nearby: load steps of eleven assemblies begin at 0.0003 to 0.2 (0.5
     /// where the load doubles), what knows nothing of the answer above 0.9.
     const NEARBY: f64 = 0.3;
@@ -40,6 +43,8 @@ pub(super) enum Verdict {
 pub(super) struct Monitor {
     /// The residual at each cycle.
     residuals: Vec<f64>,
+    /// The first and the last residual over the contact forces.
+    of_contact: [Option<f64>; 2],
     best: Option<(f64, Iterate)>,
     /// Cycles at the last reset.
     last_reset: usize,
@@ -48,8 +53,10 @@ pub(super) struct Monitor {
 }
 
 impl Monitor {
-    pub(super) fn record(&mut self, residual: f64) {
+    /// Takes the violation of balance and law over the load, and over the contact forces.
+    pub(super) fn record(&mut self, residual: f64, of_contact: f64) {
         self.residuals.push(residual);
+        self.of_contact = [self.of_contact[0].or(Some(of_contact)), Some(of_contact)];
     }
 
     /// Removes the last residual, which was computed from inaccurate forces.
@@ -59,7 +66,7 @@ impl Monitor {
 
     /// Whether the last residual says that the active sets are far from the final ones.
     pub(super) fn is_far(&self) -> bool {
-        self.residuals.last().is_some_and(|&last| last > Threshold::FAR)
+        self.of_contact[1].is_some_and(|last| last > Threshold::FAR)
     }
 
     /// Whether slip reversals are those of single points.
@@ -70,7 +77,7 @@ impl Monitor {
     /// Whether steps may use the Coulomb coupling; `given` if the run began at displacements that were given, such as
     /// the answer of the load step before, `slides` if nothing but friction that slips holds a floating body.
     pub(super) fn is_coupled(&self, given: bool, slides: bool) -> bool {
-        let is_nearby = given && self.residuals.first().is_some_and(|&first| first <= Threshold::NEARBY);
+        let is_nearby = given && self.of_contact[0].is_some_and(|first| first <= Threshold::NEARBY);
         (is_nearby || slides || !self.is_far()) && !self.without_halving(Threshold::SLOW)
     }
 
@@ -114,7 +121,7 @@ impl Monitor {
     fn is_cycling(&self, residual: f64, cycles: usize) -> bool {
         let Some(before) = self.residuals.len().checked_sub(Threshold::PATIENCE) else { return false };
         let best = least(&self.residuals[..before]);
-        cycles - self.last_reset > Threshold::PATIENCE && residual > Threshold::FAR && residual > Threshold::GAIN * best
+        cycles - self.last_reset > Threshold::PATIENCE && self.is_far() && residual > Threshold::GAIN * best
     }
 }
 
@@ -128,7 +135,7 @@ mod tests {
 
     fn verdicts(monitor: &mut Monitor, residuals: impl IntoIterator<Item = f64>) -> Vec<Verdict> {
         let assess = |(cycle, residual): (usize, f64)| {
-            monitor.record(residual);
+            monitor.record(residual, residual);
             // The iterate carries the residual, which identifies the best one.
             monitor.assess(&Iterate { u: vec![[residual; 3]], ..Iterate::default() }, cycle)
         };
@@ -146,7 +153,7 @@ mod tests {
         assert_eq!(monitor.assess(&Iterate::default(), 2 * Threshold::PATIENCE + 1), Verdict::Progress);
         assert_eq!(monitor.assess(&Iterate::default(), 2 * Threshold::PATIENCE + 2), Verdict::Cycling);
         // Close to the solution a residual that alternates is no reason for a reset, but it is one for failure in the end.
-        let near = verdicts(&mut Monitor::default(), alternating(Threshold::HOPELESS + 2).map(|r| 0.05 * r));
+        let near = verdicts(&mut Monitor::default(), alternating(Threshold::HOPELESS + 2).map(|r| 0.1 * r));
         assert!(near.iter().rev().skip(2).all(|v| *v == Verdict::Progress), "{near:?}");
         assert_eq!(*near.last().unwrap(), Verdict::Failed);
     }
@@ -155,17 +162,26 @@ mod tests {
     fn the_best_iterate_is_the_one_with_the_least_residual() {
         let mut monitor = Monitor::default();
         assert!(!monitor.is_far() && !monitor.is_chattering());
-        let found = verdicts(&mut monitor, [0.5, 0.1, 0.02, 0.3]);
+        let found = verdicts(&mut monitor, [0.5, 0.15, 0.02, 0.3]);
         assert!(found.iter().all(|v| *v == Verdict::Progress) && monitor.is_far() && monitor.is_chattering());
         assert_eq!(monitor.take_best().unwrap().u, [[0.02; 3]]);
         assert_eq!(verdicts(&mut monitor, [f64::NAN]), [Verdict::Failed]);
     }
 
     #[test]
+    fn how_far_the_sets_are_is_a_matter_of_the_contact_forces_and_not_of_a_load_that_balances_itself() {
+        let mut monitor = Monitor::default();
+        monitor.record(1e-4 * Threshold::FAR, 2.0 * Threshold::FAR);
+        assert!(monitor.is_far() && !monitor.is_coupled(false, false));
+        monitor.record(1e-5 * Threshold::FAR, 0.5 * Threshold::FAR);
+        assert!(!monitor.is_far() && monitor.is_coupled(false, false));
+    }
+
+    #[test]
     fn a_run_that_is_far_is_coupled_only_if_it_began_near_at_given_displacements_or_slides() {
         let coupled = |first: f64, given: bool, slides: bool| {
             let mut monitor = Monitor::default();
-            [first, 4.0 * Threshold::FAR].into_iter().for_each(|residual| monitor.record(residual));
+            [first, 4.0 * Threshold::FAR].into_iter().for_each(|residual| monitor.record(f64::NAN, residual));
             monitor.is_coupled(given, slides)
         };
         let near = 0.5 * Threshold::NEARBY;

@@ -120,14 +120,24 @@ impl BoltSearch {
         if self.left == 0 || missing.iter().any(|m| !m.is_finite()) {
             return ControlFlow::Break(false);
         }
+        // A bolt without force stays where it is, however loose: its force says nothing of its stiffness.
+        let is_slack: Vec<bool> = (self.sought.iter().zip(&missing))
+            .map(|(sought, missing)| sought.1 == 0.0 && missing.abs() <= self.allowed)
+            .collect();
         if let Some((step, before)) = &self.last {
             let square: f64 = step.iter().map(|s| s * s).sum();
-            for (row, (f, b)) in self.slope.iter_mut().zip(found.iter().zip(before)) {
+            let rows = self.slope.iter_mut().zip(found.iter().zip(before)).zip(&is_slack);
+            for ((row, (f, b)), _) in rows.filter(|(_, is_slack)| !**is_slack) {
                 let wrong = f - b - row.iter().zip(step).map(|(r, s)| r * s).sum::<f64>();
                 row.iter_mut().zip(step).for_each(|(r, s)| *r += wrong * s / square);
             }
         }
-        let step = SmallLu::new(self.slope.clone()).solve(&missing);
+        let (mut slope, mut change) = (self.slope.clone(), missing);
+        for k in (0..is_slack.len()).filter(|&k| is_slack[k]) {
+            slope[k].fill(0.0);
+            (slope[k][k], change[k]) = (1.0, 0.0);
+        }
+        let step = SmallLu::new(slope).solve(&change);
         if step.iter().any(|s| !s.is_finite()) || step.iter().all(|s| *s == 0.0) {
             return ControlFlow::Break(false);
         }
