@@ -3,7 +3,7 @@
 //! Where a node follows another, a point at each says the same twice, and the two share what the one place carries: half of
 //! its area lies on either side of the cut. One point with both areas stands for them.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::friction_law::{At, law};
 use super::points::Point;
@@ -11,12 +11,10 @@ use super::{ContactSurface, SurfaceFacts};
 use crate::Error;
 use crate::fem::Followed;
 use crate::mesh::Mesh;
+use crate::mesh::v3::V3;
 
-/// Weights that differ by less are the same.
-const ROUNDING: f64 = 1e-6;
-
-/// Merges the points of a surface whose nodes follow those of others among them, if both meet the same: where the meshes of two
-/// surfaces do not match at the cuts, each point meets nodes on its own side and stays.
+/// Merges the points of a surface whose nodes follow those of others among them: one has the mean jump of both, by their areas. Each
+/// of them is measured from nodes on its own side of the sector, where the meshes of two bodies need not match at the cuts.
 pub(super) fn merge(
     mesh: &Mesh,
     surface: &ContactSurface,
@@ -31,28 +29,34 @@ pub(super) fn merge(
     let leader = |point: &Point| {
         // One that follows a third node itself may be merged: it cannot take another's area.
         let followed = follows.get(&point.node).filter(|followed| !follows.contains_key(&followed.node))?;
-        let i = *place.get(&followed.node)?;
-        says_the_same(point, &points[i], follows).then_some(i)
+        Some((*place.get(&followed.node)?, followed.axes))
     };
-    let leaders: Vec<Option<usize>> = points.iter().map(leader).collect();
-    for (j, i) in leaders.iter().enumerate().filter_map(|(j, i)| Some((j, (*i)?))) {
-        let area = points[i].area + points[j].area;
+    let leaders: Vec<Option<(usize, [V3; 3])>> = points.iter().map(leader).collect();
+    for (j, (i, axes)) in leaders.iter().enumerate().filter_map(|(j, found)| Some((j, (*found)?))) {
+        let [own, other] = [points[i].area, points[j].area];
+        let (area, parts) = (own + other, [own, other].map(|part| part / (own + other)));
+        let mean = |[own, other]: [f64; 2]| parts[0] * own + parts[1] * other;
+        let mut others: BTreeMap<u32, f64> = points[i].others.iter().map(|&(node, w)| (node, parts[0] * w)).collect();
+        let mut across: Vec<(u32, f64, [V3; 3])> =
+            points[i].across.iter().map(|&(node, w, axes)| (node, parts[0] * w, axes)).collect();
+        for &(node, weight) in &points[j].others {
+            let weight = parts[1] * weight;
+            match follows.get(&node).filter(|followed| !follows.contains_key(&followed.node)) {
+                Some(followed) => *others.entry(followed.node).or_insert(0.0) += weight,
+                None => across.push((node, weight, axes)),
+            }
+        }
+        let gap = mean([points[i].gap, points[j].gap]);
+        let unity_sum = mean([points[i].unity_sum, points[j].unity_sum]);
         let point = &mut points[i];
         let at = At { node: point.node, x: mesh.nodes[point.node as usize], area, normal: point.normal };
         (point.area, point.friction) = (area, law(&surface.friction, &at, &mut point.frame.clone())?.0);
+        (point.gap, point.unity_sum) = (gap, unity_sum);
+        (point.others, point.across) = (others.into_iter().collect(), across);
     }
     let mut stays = leaders.iter().map(Option::is_none);
     points.retain(|_| stays.next().unwrap_or(true));
     facts.nodes = points.iter().map(|point| point.node).collect();
     facts.points = points.len();
     Ok(())
-}
-
-/// Whether what a point meets follows what the other meets.
-fn says_the_same(point: &Point, leader: &Point, follows: &HashMap<u32, Followed>) -> bool {
-    let met = |(other, weight): &(u32, f64)| {
-        let led = follows.get(other).map_or(*other, |followed| followed.node);
-        leader.others.iter().any(|(node, w)| *node == led && (w - weight).abs() <= ROUNDING)
-    };
-    point.others.len() == leader.others.len() && point.others.iter().all(met)
 }

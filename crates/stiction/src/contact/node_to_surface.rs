@@ -246,6 +246,7 @@ pub(super) fn points_of_nodes(
             frame,
             normal,
             others,
+            across: Vec::new(),
             unity_sum,
             stiffness,
             layer,

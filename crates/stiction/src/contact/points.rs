@@ -11,7 +11,7 @@ use super::{ContactSurface, Friction, InterfaceStiffness, Obstacle, SurfaceFacts
 use crate::Error;
 use crate::fem::{DofMap, nodal_normals};
 use crate::mesh::Mesh;
-use crate::mesh::v3::{add, dot, norm, scale, sub};
+use crate::mesh::v3::{V3, add, dot, norm, scale, sub};
 
 /// Prescribed displacements below this part of others are rounding.
 const ROUNDING: f64 = 1e-12;
@@ -32,6 +32,8 @@ pub(super) struct Point {
     pub normal: [f64; 3],
     /// Other nodes with their weights; on an obstacle the ends of the edge in whose middle the node is, if it is in one.
     pub others: Vec<(u32, f64)>,
+    /// Nodes beside the other cut of a cyclic symmetry, likewise, each with what its directions x, y, z are at the node.
+    pub across: Vec<(u32, f64, [V3; 3])>,
     /// See `ContactProblem::unity_sum`.
     pub unity_sum: f64,
     pub stiffness: Option<InterfaceStiffness>,
@@ -170,6 +172,7 @@ pub(super) fn points_on_obstacle(
             frame,
             normal,
             others,
+            across: Vec::new(),
             unity_sum,
             stiffness,
             layer,

@@ -172,6 +172,7 @@ fn point(node: u32, numbers: Numbers, others: Vec<(u32, f64)>) -> Point {
     let row = |k: usize| [rest[k], rest[k + 1], rest[k + 2]];
     let friction = Friction::of_numbers([rest[12], rest[13], rest[14], rest[15]]);
     let (frame, normal) = ([row(0), row(3), row(6)], row(9));
-    let (stiffness, layer) = (None, None);
-    Point { node, gap, area, friction, orthotropy, frame, normal, others, unity_sum, stiffness, layer }
+    // Ranks have no cyclic symmetry and no interfaces that yield.
+    let (across, stiffness, layer) = (Vec::new(), None, None);
+    Point { node, gap, area, friction, orthotropy, frame, normal, others, across, unity_sum, stiffness, layer }
 }

@@ -139,7 +139,7 @@ impl RigidMotions {
 
     /// Combinations of the motions, of lengths of order one, that move nothing along the rows `constrained` of the `jumps` by
     /// more than the part `unseen` of the largest displacement; `scale` is the size of `B`.
-    pub(super) fn without_jump(&self, jumps: &Csr, constrained: &[usize], scale: f64, unseen: f64) -> Vec<Vec<f64>> {
+    pub(crate) fn without_jump(&self, jumps: &Csr, constrained: &[usize], scale: f64, unseen: f64) -> Vec<Vec<f64>> {
         let scale = scale.max(f64::MIN_POSITIVE);
         // Motions by their largest displacement.
         let unit: Vec<f64> = self.bodies.iter().flat_map(|b| b.motions.iter().map(|r| 1.0 / max_abs(r))).collect();

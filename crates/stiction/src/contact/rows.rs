@@ -12,7 +12,7 @@ use crate::Error;
 use crate::fem::DofMap;
 use crate::linalg::Csr;
 use crate::mesh::Mesh;
-use crate::mesh::v3::V3;
+use crate::mesh::v3::{V3, dot};
 
 /// Contact of surfaces as rows over all displacements of a mesh, prescribed ones included; `m` points.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,6 +93,7 @@ pub(super) fn all_points(
         for point in &points {
             taken.insert(point.node);
             taken.extend(point.others.iter().map(|other| other.0));
+            taken.extend(point.across.iter().map(|other| other.0));
         }
         if bonded(surface) {
             tied.extend(&facts.nodes);
@@ -142,6 +143,10 @@ pub(super) fn jump(dofs: &DofMap, points: &[Point]) -> (Csr, Csr) {
             }
             for &(other, weight) in &point.others {
                 let full = along(other, full);
+                (0..3).for_each(|c| add(k * m + j, 3 * other + c as u32, weight * full[c]));
+            }
+            for (other, weight, axes) in &point.across {
+                let full = along(*other, axes.map(|axis| dot(axis, full)));
                 (0..3).for_each(|c| add(k * m + j, 3 * other + c as u32, weight * full[c]));
             }
         }

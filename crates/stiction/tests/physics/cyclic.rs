@@ -62,18 +62,19 @@ fn either_cut_may_follow_the_other() {
 }
 
 /// A plate on a plate, pressed and twisted: contact points and what they touch lie on the cuts, and each body has nodes in the
-/// same places there.
+/// same places there. The other plate may have other cells: points at both cuts, measured from other nodes on both sides, are one.
 #[test]
 fn contact_between_bodies_may_meet_the_cuts() {
-    let two = |whole: bool| {
-        let (size, cells, low) = if whole { ("[2, 2, 0.5]", "[8, 8, 1]", -1) } else { ("[1, 1, 0.5]", "[4, 4, 1]", 0) };
-        let part = |name: &str, z: f64| {
+    let two = |whole: bool, [low, high]: [usize; 2], element: &str| {
+        let part = |name: &str, cells: usize, z: f64| {
+            let (size, cells, low) = if whole { (2, 2 * cells, -1) } else { (1, cells, 0) };
             format!(
-                "[mesh.parts.{name}]\nblock = {{ size = {size}, cells = {cells}, origin = [{low}, {low}, {z}], element = \"hex8\" }}\n"
+                "[mesh.parts.{name}]\nblock = {{ size = [{size}, {size}, 0.5], cells = [{cells}, {cells}, 1], \
+                 origin = [{low}, {low}, {z}], element = \"{element}\" }}\n"
             )
         };
-        part("low", 0.0)
-            + &part("high", 0.5)
+        part("low", low, 0.0)
+            + &part("high", high, 0.5)
             + "[materials.steel]\nyoung = 1000\npoisson = 0.3\n[[fix]]\non = \"low.z-min\"\n\
                [[load]]\non = \"high.z-max\"\ntraction = [\"-2.7*y\", \"2.7*x\", \"-10*(x^2 + y^2)\"]\n\
                [[contact]]\nname = \"seat\"\non = \"high.z-min\"\nagainst = \"low.z-max\"\nfriction = { coulomb = 0.4 }\n\
@@ -81,7 +82,9 @@ fn contact_between_bodies_may_meet_the_cuts() {
     };
     let cuts = CUTS.replace("\"x-min\"", "[\"low.x-min\", \"high.x-min\"]");
     let cuts = cuts.replace("\"y-min\"", "[\"low.y-min\", \"high.y-min\"]");
-    same(&solved(&two(true)), &solved(&(two(false) + &cuts)), 1e-8);
+    for (cells, element) in [([4, 4], "hex8"), ([4, 3], "hex8"), ([3, 2], "hex20")] {
+        same(&solved(&two(true, cells, element)), &solved(&(two(false, cells, element) + &cuts)), 1e-8);
+    }
 }
 
 /// A quarter of a ring pressed into another by `gap`, the outer one turned by so many degrees.

@@ -10,6 +10,7 @@ mod contact_terms;
 mod couplings;
 mod discretisation;
 mod levels;
+mod loose;
 mod nested;
 mod passing;
 mod path;

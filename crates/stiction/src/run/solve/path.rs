@@ -6,6 +6,7 @@ use std::time::Instant;
 use super::clearance;
 use super::discretisation::add_estimate;
 use super::levels::AccuracyRecord;
+use super::loose::move_back;
 use super::nested;
 use super::passing;
 use super::quantities::Smallness;
@@ -206,6 +207,9 @@ pub fn solve(prepared: &Prepared, settings: &Settings, observer: &mut Watch<Even
     let [mesh, assembly, contact] = prepared.seconds;
     outcome.seconds = Seconds { mesh, assembly, contact, ..outcome.seconds };
     other_starts(prepared, settings, &mut kept, &mut outcome, observer);
+    if prepared.loading.travel == [0.0; 3] {
+        move_back(&prepared.problem, &prepared.motions, None, settings.solver.tolerance, &mut outcome.solution);
+    }
     outcome.sliding = sliding(prepared, outcome.solution.status, &outcome.solution.lambda);
     let now = passing::moved(prepared, &outcome.solution.u, TIME)?;
     passing::look(prepared, &passing::at_rest(prepared), &now, prepared.loading.t, &mut outcome);

@@ -9,6 +9,7 @@ use super::balance::{Balance, BodyState, balance};
 use super::bolts::{BoltSearch, bolt_states};
 use super::clearance::close_clearance;
 use super::discretisation::add_estimate;
+use super::loose::move_back;
 use super::passing;
 use super::path::{other_starts, sliding, solve_again, tightened_by_multigrid, uniqueness_facts};
 use super::record::StepRecord;
@@ -132,6 +133,10 @@ pub fn solve_steps(
             }
             tightened => tightened?,
         };
+        if loads.travel == march.body.loads.travel {
+            let (before, tolerance) = (Some(&march.body.u[..]), settings.solver.tolerance);
+            move_back(&prepared.problem, &prepared.motions, before, tolerance, &mut outcome.solution);
+        }
         let now = passing::moved(prepared, &outcome.solution.u, t)?;
         passing::look(prepared, &march.moved, &now, t, &mut outcome);
         add_estimate(prepared, &mut outcome);
