@@ -82,8 +82,9 @@ fn contact_between_bodies_may_meet_the_cuts() {
     };
     let cuts = CUTS.replace("\"x-min\"", "[\"low.x-min\", \"high.x-min\"]");
     let cuts = cuts.replace("\"y-min\"", "[\"low.y-min\", \"high.y-min\"]");
-    for (cells, element) in [([4, 4], "hex8"), ([4, 3], "hex8"), ([3, 2], "hex20")] {
-        same(&solved(&two(true, cells, element)), &solved(&(two(false, cells, element) + &cuts)), 1e-8);
+    // Quadratic faces that do not match are projected on one another to some 4e-8.
+    for (cells, element, tolerance) in [([4, 4], "hex8", 1e-8), ([4, 3], "hex8", 1e-8), ([3, 2], "hex20", 1e-7)] {
+        same(&solved(&two(true, cells, element)), &solved(&(two(false, cells, element) + &cuts)), tolerance);
     }
 }
 
