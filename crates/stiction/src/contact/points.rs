@@ -17,6 +17,7 @@ use crate::mesh::v3::{add, dot, norm, scale, sub};
 const ROUNDING: f64 = 1e-12;
 
 /// A contact point: its jump is `u_node + sum(weight u_other)` along its axes.
+#[derive(PartialEq)]
 pub(super) struct Point {
     pub node: u32,
     /// Before any displacement, the prescribed ones included.

@@ -208,7 +208,7 @@ pub fn solve(prepared: &Prepared, settings: &Settings, observer: &mut Watch<Even
     other_starts(prepared, settings, &mut kept, &mut outcome, observer);
     outcome.sliding = sliding(prepared, outcome.solution.status, &outcome.solution.lambda);
     let now = passing::moved(prepared, &outcome.solution.u, TIME)?;
-    passing::look(prepared, &passing::at_rest(prepared), &now, prepared.loading.t, &mut outcome);
+    passing::look(prepared, &passing::at_rest(prepared), &now, &mut outcome);
     uniqueness_facts(prepared, settings, &mut kept, &mut outcome, observer);
     add_estimate(prepared, &mut outcome);
     Ok(outcome)

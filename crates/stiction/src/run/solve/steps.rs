@@ -133,7 +133,7 @@ pub fn solve_steps(
             tightened => tightened?,
         };
         let now = passing::moved(prepared, &outcome.solution.u, t)?;
-        passing::look(prepared, &march.moved, &now, t, &mut outcome);
+        passing::look(prepared, &march.moved, &now, &mut outcome);
         add_estimate(prepared, &mut outcome);
         seconds.add(&outcome.seconds);
         let finished = match outcome.solution.status {
