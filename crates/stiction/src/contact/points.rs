@@ -74,7 +74,7 @@ pub(super) fn points_on_obstacle(
     }
     let mut facts = SurfaceFacts::named(&surface.name);
     let tied = surface.friction == SurfaceFriction::Bonded;
-    let facing = if tied { None } else { faces_that_look(mesh, &surface.faces, obstacle) };
+    let facing = faces_that_look(mesh, &surface.faces, obstacle);
     let faces = facing.as_ref().unwrap_or(&surface.faces);
     let outward = nodal_normals(mesh, faces);
     if facing.is_some() {
@@ -201,7 +201,7 @@ pub(super) fn points_on_obstacle(
 
 /// Those of the faces that look at the obstacle; `None` where all do, or none does. A side face that shares an edge with them would
 /// add to what the nodes there stand for.
-fn faces_that_look(mesh: &Mesh, faces: &[u32], obstacle: &Obstacle) -> Option<Vec<u32>> {
+pub(super) fn faces_that_look(mesh: &Mesh, faces: &[u32], obstacle: &Obstacle) -> Option<Vec<u32>> {
     let looks = |face: &u32| {
         let corners = mesh.faces[*face as usize].corners();
         let sum = corners.iter().fold([0.0; 3], |sum, &corner| add(sum, mesh.nodes[corner as usize]));

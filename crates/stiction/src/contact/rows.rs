@@ -6,7 +6,7 @@ use super::claims::{Claims, Lost, Shares};
 use super::followers::merge;
 use super::node_to_surface::points_of_nodes;
 use super::pair::points_of_pair;
-use super::points::{Point, points_on_obstacle};
+use super::points::{Point, faces_that_look, points_on_obstacle};
 use super::spans::{Span, Version, spans, united};
 use super::{ContactSurface, Counterpart, SurfaceFacts, SurfaceFriction};
 use crate::Error;
@@ -107,7 +107,10 @@ pub(super) fn all_points(
             if bonded(surface) {
                 tied.extend(&facts.nodes);
                 // Nodes an obstacle holds in every direction have no point and are tied all the same.
-                tied.extend(mesh.face_nodes(&surface.faces).iter().filter(|_| facts.pair.is_none()));
+                if let Counterpart::Obstacle(obstacle) = &surface.against {
+                    let looking = faces_that_look(mesh, &surface.faces, obstacle);
+                    tied.extend(mesh.face_nodes(looking.as_ref().unwrap_or(&surface.faces)));
+                }
             }
             if last_of(number) == Some(place) {
                 claims.forget(number);

@@ -65,7 +65,11 @@ pub fn pair_totals(prepared: &Prepared, outcome: &Outcome) -> Vec<(String, Total
 pub(super) fn all_totals(prepared: &Prepared, outcome: &Outcome) -> (Totals, Vec<(String, Totals)>) {
     let frames = frames(prepared);
     let tractions = tractions(prepared, outcome, &frames);
-    let of = |points: Range<usize>| over(prepared, outcome, &frames, &tractions, points);
+    let gives_way = gives_way(prepared);
+    let of = |points: Range<usize>| {
+        let counted: Vec<usize> = points.filter(|&j| !gives_way[j]).collect();
+        over(prepared, outcome, &frames, &tractions, &counted)
+    };
     // Points of equations are of no surface.
     let surfaces = prepared.problem.labels.pairs.iter().take(prepared.surfaces.len());
     let received = tractions.masters.iter().map(|nodes| nodes.iter().flatten().fold(0.0, |a: f64, t| a.max(t[0])));
@@ -77,16 +81,28 @@ pub(super) fn all_totals(prepared: &Prepared, outcome: &Outcome) -> (Totals, Vec
     (Totals { max_other_pressure: received, ..of(0..prepared.facts.points) }, pairs)
 }
 
+/// Whether a point takes no part while others of its pair do, which have its area.
+fn gives_way(prepared: &Prepared) -> Vec<bool> {
+    let problem = &prepared.problem;
+    let is_out = |j: &usize| problem.contact.out.binary_search(&(*j as u32)).is_ok();
+    let mut gives_way = vec![false; problem.points()];
+    for pair in &problem.labels.pairs {
+        let (out, others): (Vec<usize>, Vec<usize>) = pair.points.clone().partition(is_out);
+        out.into_iter().filter(|_| !others.is_empty()).for_each(|j| gives_way[j] = true);
+    }
+    gives_way
+}
+
 fn over(
     prepared: &Prepared,
     outcome: &Outcome,
     frames: &[PointFrame],
     tractions: &Tractions,
-    points: Range<usize>,
+    points: &[usize],
 ) -> Totals {
     let (m, lambda) = (prepared.problem.points(), &outcome.solution.lambda);
     let mut t = Totals { points: points.len(), ..Totals::default() };
-    for j in points {
+    for &j in points {
         let (area, share) = (prepared.problem.labels.area[j], prepared.problem.labels.unity_sum[j]);
         let (count, sum) = match outcome.solution.states[j] {
             PointState::Open => (&mut t.open, &mut t.open_area),
