@@ -240,7 +240,10 @@ fn owner<'c>(
     let candidates = || candidates.iter().copied().filter(|(number, _)| is_bonded(*number) == bonded);
     let is_free =
         |claim: &Claim| !candidates().any(|(number, other)| !is_obstacle(number) && other.is_in_front_of(claim));
-    let obstacle = candidates().find(|(number, claim)| is_obstacle(*number) && is_free(claim));
+    let nearer = |a: &(usize, &Claim), b: &(usize, &Claim)| {
+        a.1.distance.total_cmp(&b.1.distance).then(places[a.0].cmp(&places[b.0]))
+    };
+    let obstacle = candidates().filter(|(number, claim)| is_obstacle(*number) && is_free(claim)).min_by(nearer);
     if obstacle.is_some() {
         return obstacle;
     }
