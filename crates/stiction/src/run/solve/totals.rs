@@ -10,6 +10,7 @@ use super::tractions::{Tractions, tractions};
 use crate::friction::PointState;
 use crate::mesh::v3::norm;
 use crate::run::pose::Prepared;
+use crate::run::pose::activity::within;
 use crate::run::pose::frames::{PointFrame, frames};
 
 /// Sums and extremes over contact points.
@@ -81,14 +82,13 @@ pub(super) fn all_totals(prepared: &Prepared, outcome: &Outcome) -> (Totals, Vec
     (Totals { max_other_pressure: received, ..of(0..prepared.facts.points) }, pairs)
 }
 
-/// Whether a point takes no part while others of its pair do, which have its area.
+/// Whether a point gives way to others now, which have its area.
 fn gives_way(prepared: &Prepared) -> Vec<bool> {
-    let problem = &prepared.problem;
-    let is_out = |j: &usize| problem.contact.out.binary_search(&(*j as u32)).is_ok();
+    let Prepared { problem, facts, loading, .. } = prepared;
     let mut gives_way = vec![false; problem.points()];
-    for pair in &problem.labels.pairs {
-        let (out, others): (Vec<usize>, Vec<usize>) = pair.points.clone().partition(is_out);
-        out.into_iter().filter(|_| !others.is_empty()).for_each(|j| gives_way[j] = true);
+    for (contact, pair) in facts.contacts.iter().zip(&problem.labels.pairs) {
+        let now = contact.surface.out.iter().filter(|(_, period)| within(*period, loading.t));
+        now.for_each(|(place, _)| gives_way[pair.points.start + place] = true);
     }
     gives_way
 }
