@@ -2,7 +2,6 @@
 //! and certifies.
 
 mod least;
-mod part;
 mod starts;
 
 use std::ops::ControlFlow;
@@ -12,12 +11,10 @@ use crate::contact::ContactProblem;
 use crate::contact::equilibrium::no_equilibrium;
 use crate::dual::{Dual, DualSettings, Form, choose, estimate};
 use crate::friction::{
-    self, Multigrid, Progress, Settings, Solution, SolverPath, SoughtForce, Status, Tightened, multigrid_fits,
-    solve_multigrid, tighten_by_multigrid,
+    self, Multigrid, Part, Progress, SetUp, Settings, Solution, SolverPath, SoughtForce, Status, Tightened,
+    multigrid_fits, points_in, solve_multigrid, tighten_by_multigrid,
 };
 use crate::linalg::Watch;
-
-use part::{Part, SetUp, points_in};
 
 pub(crate) use least::{LeastCounts, fits_by_counts};
 pub use starts::{Attempt, Solutions, Start, solve_from_starts};

@@ -65,7 +65,7 @@ fn slide(alpha: Vec<f64>, load: &[f64]) -> Slide {
 /// The resultants of admissible forces form a convex set; the loads are projected on it, and what is left is a motion
 /// on which they do more work than any friction can take up (Gale's and Farkas' alternative). The set is the hull of one
 /// force a point, the one that a motion meets: those are added one by one, and the projection on the cone of those found
-/// so far is that of Lawson & Hanson (`Hull`).
+/// so far is that of Lawson & Hanson (`Hull`). What weak friction alone can take up is asked on a scale of its own (`Stretch`).
 pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Option<Slide> {
     no_equilibrium_with(problem, motions, &problem.elastic.f)
 }

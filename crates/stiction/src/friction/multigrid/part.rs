@@ -1,9 +1,10 @@
 //! Multigrid where points share their nodes with others that are out: the problem of the points that are in, each of which then has
 //! a node of its own.
 
+use super::solve::Multigrid;
 use crate::certificate::certify;
 use crate::contact::ContactProblem;
-use crate::friction::{Multigrid, PointState, Solution, Status};
+use crate::friction::{PointState, Solution, Status};
 
 /// A hierarchy, and where it is not that of all points those that it is of.
 pub(crate) struct SetUp<'a> {
@@ -18,23 +19,23 @@ pub(crate) struct Part {
 }
 
 /// The points that are in, ascending.
-pub(super) fn points_in(problem: &ContactProblem) -> Vec<u32> {
+pub(crate) fn points_in(problem: &ContactProblem) -> Vec<u32> {
     let out = &problem.contact.out;
     (0..problem.points() as u32).filter(|j| out.binary_search(j).is_err()).collect()
 }
 
 impl Part {
-    pub(super) fn new(problem: &ContactProblem, points: Vec<u32>) -> Part {
+    pub(crate) fn new(problem: &ContactProblem, points: Vec<u32>) -> Part {
         Part { problem: problem.of_points(&points), points }
     }
 
     /// The multipliers of all points of the whole problem, `3m`.
-    pub(super) fn of_all(&self, whole: &ContactProblem, lambda: &[f64]) -> Vec<f64> {
+    pub(crate) fn of_all(&self, whole: &ContactProblem, lambda: &[f64]) -> Vec<f64> {
         whole.of_all_points(&self.points, lambda)
     }
 
     /// The solution of the whole problem, judged as such; points that are out are open.
-    pub(super) fn whole(&self, whole: &ContactProblem, solution: Solution) -> Solution {
+    pub(crate) fn whole(&self, whole: &ContactProblem, solution: Solution) -> Solution {
         let lambda = self.of_all(whole, &solution.lambda);
         let mut states = vec![PointState::Open; whole.points()];
         self.points.iter().zip(&solution.states).for_each(|(&j, &state)| states[j as usize] = state);
