@@ -80,6 +80,7 @@ impl Case {
             against: obstacle.into(),
             friction,
             stiffness: None,
+            periods: vec![stiction::contact::ALWAYS],
         });
         self
     }

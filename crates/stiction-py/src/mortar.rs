@@ -85,6 +85,7 @@ pub(crate) fn mortar<'py>(
             against,
             friction: SurfaceFriction::None,
             stiffness: None,
+            periods: vec![stiction::contact::ALWAYS],
         };
         let (found, facts) = contact_rows(&mesh, &dofs(&kept, &held), &[surface])?;
         if found.gap.is_empty() {

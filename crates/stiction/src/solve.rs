@@ -11,8 +11,8 @@ use crate::contact::ContactProblem;
 use crate::contact::equilibrium::no_equilibrium;
 use crate::dual::{Dual, DualSettings, Form, choose, estimate};
 use crate::friction::{
-    self, Multigrid, Progress, Settings, Solution, SolverPath, SoughtForce, Status, Tightened, multigrid_fits,
-    solve_multigrid, tighten_by_multigrid,
+    self, Multigrid, Part, Progress, SetUp, Settings, Solution, SolverPath, SoughtForce, Status, Tightened,
+    multigrid_fits, points_in, solve_multigrid, tighten_by_multigrid,
 };
 use crate::linalg::Watch;
 
@@ -60,7 +60,8 @@ pub struct Kept {
 #[derive(Debug)]
 enum Operator {
     Factor(Box<Dual>),
-    Multigrid(Box<Multigrid>),
+    /// Of these points; of all where none are named.
+    Multigrid(Box<Multigrid>, Option<Vec<u32>>),
 }
 
 /// The multigrid cycles that a bound on the iterations stands for.
@@ -122,31 +123,49 @@ impl Kept {
     /// Refuses a problem whose hierarchy does not fit, unless it stands already.
     pub(crate) fn fits(&self, problem: &ContactProblem, settings: &Settings) -> Result<(), Error> {
         match &self.operator {
-            Some(Operator::Multigrid(_)) => Ok(()),
+            Some(Operator::Multigrid(..)) => Ok(()),
             _ => multigrid_fits(problem, settings.memory_limit),
         }
     }
 
-    /// The hierarchy for `problem`, set up if it does not stand yet.
+    /// The hierarchy for `problem`, set up if it does not stand yet. Where points share nodes with others that are out it is of those
+    /// that are in, and made anew when others are.
     pub(crate) fn set_up(
         &mut self,
         problem: &ContactProblem,
         settings: &Settings,
         observer: &mut Observer,
-    ) -> Result<&mut Multigrid, Error> {
-        let multigrid = match self.operator.take() {
-            Some(Operator::Multigrid(multigrid)) => multigrid,
-            factor => {
-                drop(factor);
+    ) -> Result<SetUp<'_>, Error> {
+        let points = || points_in(problem);
+        let (multigrid, of) = match self.operator.take() {
+            Some(Operator::Multigrid(multigrid, None)) => (multigrid, None),
+            Some(Operator::Multigrid(multigrid, Some(of))) if of == points() => (multigrid, Some(of)),
+            old => {
+                let share_nodes = matches!(old, Some(Operator::Multigrid(..)));
+                drop(old);
                 multigrid_fits(problem, settings.memory_limit)?;
                 begin(observer, SolveEvent::SettingUp { unknowns: problem.unknowns() })?;
-                Box::new(Multigrid::until(problem, &settings.stop)?)
+                let of_all = match share_nodes {
+                    true => None,
+                    false => match Multigrid::until(problem, &settings.stop) {
+                        Err(error) if error.interrupted || problem.contact.out.is_empty() => return Err(error),
+                        made => made.ok(),
+                    },
+                };
+                match of_all {
+                    Some(multigrid) => (Box::new(multigrid), None),
+                    None => {
+                        let of = points();
+                        (Box::new(Multigrid::until(&problem.of_points(&of), &settings.stop)?), Some(of))
+                    }
+                }
             }
         };
-        let Operator::Multigrid(multigrid) = self.operator.insert(Operator::Multigrid(multigrid)) else {
+        let part = of.clone().map(|points| Part::new(problem, points));
+        let Operator::Multigrid(multigrid, _) = self.operator.insert(Operator::Multigrid(multigrid, of)) else {
             unreachable!("just put there")
         };
-        Ok(multigrid)
+        Ok(SetUp { multigrid, part })
     }
 
     /// The factor for `problem`, made if it does not stand yet.
@@ -294,14 +313,17 @@ fn by_multigrid(
     kept: &mut Kept,
     observer: &mut Observer,
 ) -> Result<Solution, Error> {
-    let multigrid = kept.set_up(problem, settings, observer)?;
+    let SetUp { multigrid, part } = kept.set_up(problem, settings, observer)?;
     let _ = observer(&SolveEvent::Solving);
     let departs = no_equilibrium(problem, multigrid.motions()).is_some();
     let cycles = multigrid_cycles(settings.max_iterations);
     let max_iterations = if departs { 0 } else { cycles };
     let settings = friction::Settings { max_iterations, ..settings.clone() };
     let mut report = |progress: &Progress| observer(&SolveEvent::Iteration(*progress));
-    let solution = solve_multigrid(problem, multigrid, &settings, &mut report);
+    let solution = match &part {
+        None => solve_multigrid(problem, multigrid, &settings, &mut report),
+        Some(part) => part.whole(problem, solve_multigrid(&part.problem, multigrid, &settings, &mut report)),
+    };
     let status = if departs { Status::NoEquilibrium } else { solution.status };
     Ok(Solution { status, ..solution })
 }
@@ -318,8 +340,8 @@ pub(crate) fn tighten(
     kept: &mut Kept,
     observer: &mut Observer,
 ) -> Result<Option<Tightened>, Error> {
-    let multigrid = match kept.set_up(problem, settings, observer) {
-        Ok(multigrid) => multigrid,
+    let SetUp { multigrid, part } = match kept.set_up(problem, settings, observer) {
+        Ok(set_up) => set_up,
         Err(error) if error.interrupted || settings.path == SolverPath::Multigrid => return Err(error),
         Err(_) => return Ok(None),
     };
@@ -332,7 +354,11 @@ pub(crate) fn tighten(
         interrupted |= flow.is_break();
         flow
     };
-    let found = tighten_by_multigrid(problem, multigrid, sought, &settings, &mut report);
+    let of = part.as_ref().map_or(problem, |part| &part.problem);
+    let mut found = tighten_by_multigrid(of, multigrid, sought, &settings, &mut report);
+    if let Some(part) = &part {
+        found.lambda = part.of_all(problem, &found.lambda);
+    }
     if interrupted { Err(Error::interrupted()) } else { Ok(Some(found)) }
 }
 

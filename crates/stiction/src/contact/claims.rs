@@ -1,15 +1,19 @@
-//! Which contact a node belongs to that several name: a node has one multiplier.
+//! Which contact a node belongs to that several name: a node has one multiplier at a time. Contacts that never hold together do
+//! not compete.
 //!
 //! It belongs to the one whose counterpart is nearest, obstacles and bodies alike. Of those that are as near, or meet other faces
 //! across an edge, it is that of an obstacle, for whose points no neighbour could carry, then the one under which more of the
 //! node's faces lie. Bonded surfaces come before all others, as far as they meet something.
 
+use std::collections::hash_map::Entry;
 use std::collections::{BTreeSet, HashMap};
 
 use super::node_to_surface::claims_of_nodes;
 use super::pair::Matched;
 use super::points::claims_on_obstacle;
-use super::{ContactSurface, Counterpart, SurfaceFriction};
+use super::spans::spans;
+use super::{ContactSurface, Counterpart, Master, SurfaceFriction};
+use crate::Error;
 use crate::fem::DofMap;
 use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, dot};
@@ -80,30 +84,69 @@ pub(super) enum Lost {
 /// For each surface the nodes that belong to another one.
 pub(super) type LostNodes = Vec<HashMap<u32, Lost>>;
 
-/// What surfaces have of the nodes that several name.
-#[derive(Default)]
-pub(super) struct Shares<'a> {
-    pub lost: LostNodes,
+/// What surfaces meet, and the nodes that several name.
+pub(super) struct Claims<'a> {
+    mesh: &'a Mesh,
+    dofs: &'a DofMap,
+    surfaces: &'a [ContactSurface],
+    named: Vec<(u32, Vec<usize>)>,
+    by_surface: HashMap<usize, HashMap<u32, Claim>>,
     /// The matches that were made, by surface.
-    pub matched: HashMap<usize, Matched<'a>>,
+    matched: HashMap<usize, Matched<'a>>,
+    /// See [`places`].
+    pub places: Vec<usize>,
+}
+
+/// What surfaces that hold together have of the nodes that several of them name.
+pub(super) struct Shares {
+    pub lost: LostNodes,
     /// Surfaces that meet parts of the same faces.
     beside: Vec<[usize; 2]>,
 }
 
-impl<'a> Shares<'a> {
-    pub(super) fn new(mesh: &'a Mesh, dofs: &DofMap, surfaces: &'a [ContactSurface]) -> Shares<'a> {
-        let mut shares = Shares { lost: vec![HashMap::new(); surfaces.len()], ..Shares::default() };
+impl<'a> Claims<'a> {
+    pub(super) fn new(mesh: &'a Mesh, dofs: &'a DofMap, surfaces: &'a [ContactSurface]) -> Claims<'a> {
         let named = named_by_several(mesh, surfaces);
         let numbers: BTreeSet<usize> = named.iter().flat_map(|(_, by)| by.iter().copied()).collect();
-        let claims: HashMap<usize, HashMap<u32, Claim>> =
-            numbers.into_iter().map(|number| (number, shares.claims(mesh, dofs, surfaces, number))).collect();
-        let places = places(mesh, surfaces);
-        for (node, by) in named {
-            let of = |&number: &usize| Some((number, claims.get(&number)?.get(&node)?));
+        let (by_surface, matched) = (HashMap::new(), HashMap::new());
+        let mut claims = Claims { mesh, dofs, surfaces, named, by_surface, matched, places: places(mesh, surfaces) };
+        for number in numbers {
+            let found = claims.of(number);
+            claims.by_surface.insert(number, found);
+        }
+        claims
+    }
+
+    /// The match of a pair.
+    ///
+    /// # Errors
+    /// As of [`Matched::new`].
+    pub(super) fn matched(&mut self, number: usize, master: &'a Master) -> Result<&Matched<'a>, Error> {
+        Ok(match self.matched.entry(number) {
+            Entry::Occupied(made) => made.into_mut(),
+            Entry::Vacant(place) => place.insert(Matched::new(self.mesh, self.dofs, &self.surfaces[number], master)?),
+        })
+    }
+
+    /// Gives back the memory of a match that is not asked for again.
+    pub(super) fn forget(&mut self, number: usize) {
+        self.matched.remove(&number);
+    }
+
+    /// Who has what of the nodes where the surfaces of these numbers, ascending, hold together.
+    pub(super) fn shares(&self, holding: &[usize]) -> Shares {
+        let (surfaces, holds) = (self.surfaces, |number: &usize| holding.binary_search(number).is_ok());
+        let mut shares = Shares { lost: vec![HashMap::new(); surfaces.len()], beside: Vec::new() };
+        let is_obstacle = |number: usize| matches!(surfaces[number].against, Counterpart::Obstacle(_));
+        let is_bonded = |number: usize| surfaces[number].friction == SurfaceFriction::Bonded;
+        for (node, by) in &self.named {
+            let by: Vec<usize> = by.iter().copied().filter(holds).collect();
+            if by.iter().all(|&number| is_obstacle(number)) {
+                continue;
+            }
+            let of = |&number: &usize| Some((number, self.by_surface.get(&number)?.get(node)?));
             let candidates: Vec<(usize, &Claim)> = by.iter().filter_map(of).collect();
-            let Some((owner, own)) = owner(&candidates, surfaces, &places) else { continue };
-            let is_obstacle = |number: usize| matches!(surfaces[number].against, Counterpart::Obstacle(_));
-            let is_bonded = |number: usize| surfaces[number].friction == SurfaceFriction::Bonded;
+            let Some((owner, own)) = owner(&candidates, surfaces, &self.places) else { continue };
             for number in by.into_iter().filter(|&number| number != owner) {
                 let claim = candidates.iter().find(|(other, _)| *other == number).map(|(_, claim)| *claim);
                 let hides = |(other, front): &(usize, &Claim)| {
@@ -115,7 +158,7 @@ impl<'a> Shares<'a> {
                 }
                 let lost = match claim {
                     Some(_) if is_hidden && is_obstacle(number) => Lost::Behind,
-                    None if is_obstacle(owner) && shares.hardly_meets(dofs, number, node) => Lost::Behind,
+                    None if is_obstacle(owner) && self.hardly_meets(number, *node) => Lost::Behind,
                     None => Lost::AcrossEdge,
                     Some(_) if is_bonded(owner) && !is_bonded(number) => Lost::AcrossEdge,
                     Some(claim) if claim.is_beside(own) => Lost::Beside,
@@ -125,38 +168,25 @@ impl<'a> Shares<'a> {
                 if lost == Lost::Beside {
                     shares.beside.push([owner, number]);
                 }
-                shares.lost[number].insert(node, lost);
+                shares.lost[number].insert(*node, lost);
             }
         }
         shares
     }
 
     /// Whether a node makes no claim because hardly anything of its faces meets the counterpart.
-    fn hardly_meets(&self, dofs: &DofMap, number: usize, node: u32) -> bool {
-        self.matched.get(&number).is_some_and(|matched| matched.hardly_meets(dofs, node))
+    fn hardly_meets(&self, number: usize, node: u32) -> bool {
+        self.matched.get(&number).is_some_and(|matched| matched.hardly_meets(self.dofs, node))
     }
 
-    fn claims(
-        &mut self,
-        mesh: &'a Mesh,
-        dofs: &DofMap,
-        surfaces: &'a [ContactSurface],
-        number: usize,
-    ) -> HashMap<u32, Claim> {
-        let surface = &surfaces[number];
+    fn of(&mut self, number: usize) -> HashMap<u32, Claim> {
+        let (mesh, dofs, surface) = (self.mesh, self.dofs, &self.surfaces[number]);
         match &surface.against {
             Counterpart::Obstacle(obstacle) => claims_on_obstacle(mesh, dofs, surface, obstacle),
             Counterpart::Surface(master) => match &master.nodes {
                 Some(nodes) => claims_of_nodes(mesh, dofs, surface, master, nodes),
                 // What is wrong with the surfaces is said where they get their points.
-                None => Matched::new(mesh, dofs, surface, master).map_or_else(
-                    |_| HashMap::new(),
-                    |matched| {
-                        let claims = matched.claims(dofs);
-                        self.matched.insert(number, matched);
-                        claims
-                    },
-                ),
+                None => self.matched(number, master).map_or_else(|_| HashMap::new(), |matched| matched.claims(dofs)),
             },
         }
     }
@@ -185,7 +215,7 @@ fn named_by_several(mesh: &Mesh, surfaces: &[ContactSurface]) -> Vec<(u32, Vec<u
 }
 
 /// For each surface its place in an order that does not depend on how they are listed: by the first nodes of both sides.
-pub(super) fn places(mesh: &Mesh, surfaces: &[ContactSurface]) -> Vec<usize> {
+fn places(mesh: &Mesh, surfaces: &[ContactSurface]) -> Vec<usize> {
     let first = |faces: &[u32]| mesh.face_nodes(faces).first().copied();
     let key = |surface: &ContactSurface| match &surface.against {
         Counterpart::Surface(master) => (first(&surface.faces), first(&master.faces)),
@@ -210,7 +240,10 @@ fn owner<'c>(
     let candidates = || candidates.iter().copied().filter(|(number, _)| is_bonded(*number) == bonded);
     let is_free =
         |claim: &Claim| !candidates().any(|(number, other)| !is_obstacle(number) && other.is_in_front_of(claim));
-    let obstacle = candidates().find(|(number, claim)| is_obstacle(*number) && is_free(claim));
+    let nearer = |a: &(usize, &Claim), b: &(usize, &Claim)| {
+        a.1.distance.total_cmp(&b.1.distance).then(places[a.0].cmp(&places[b.0]))
+    };
+    let obstacle = candidates().filter(|(number, claim)| is_obstacle(*number) && is_free(claim)).min_by(nearer);
     if obstacle.is_some() {
         return obstacle;
     }
@@ -232,7 +265,9 @@ pub(crate) fn sides_to_change(
 ) -> Vec<bool> {
     let in_conflict = |surfaces: &[ContactSurface]| {
         let mut conflict = vec![false; surfaces.len()];
-        Shares::new(mesh, dofs, surfaces).beside.into_iter().flatten().for_each(|number| conflict[number] = true);
+        let claims = Claims::new(mesh, dofs, surfaces);
+        let beside = spans(surfaces).into_iter().flat_map(|span| claims.shares(&span.surfaces).beside);
+        beside.flatten().for_each(|number| conflict[number] = true);
         conflict
     };
     let mut changing = in_conflict(surfaces);

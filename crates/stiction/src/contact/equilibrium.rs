@@ -3,6 +3,7 @@
 
 use super::hull::Hull;
 use super::rigid::RigidMotions;
+use super::stretch::Stretch;
 use super::{ContactProblem, Friction};
 use crate::fem::Motion;
 use crate::linalg::{Csr, axpy, dot, max_abs, norm};
@@ -64,7 +65,7 @@ fn slide(alpha: Vec<f64>, load: &[f64]) -> Slide {
 /// The resultants of admissible forces form a convex set; the loads are projected on it, and what is left is a motion
 /// on which they do more work than any friction can take up (Gale's and Farkas' alternative). The set is the hull of one
 /// force a point, the one that a motion meets: those are added one by one, and the projection on the cone of those found
-/// so far is that of Lawson & Hanson (`Hull`).
+/// so far is that of Lawson & Hanson (`Hull`). What weak friction alone can take up is asked on a scale of its own (`Stretch`).
 pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Option<Slide> {
     no_equilibrium_with(problem, motions, &problem.elastic.f)
 }
@@ -78,7 +79,18 @@ pub(crate) fn no_equilibrium_with(problem: &ContactProblem, motions: &RigidMotio
         return None;
     }
     let jumps = motions.jumps(&problem.isotropic_rows());
-    let forces = Forces { problem, jumps: &jumps, size };
+    let found = departs(problem, &jumps, &load, size);
+    if found.is_some() {
+        return found;
+    }
+    let stretch = Stretch::of_weak_friction(problem, motions, &jumps, (&load, loads))?;
+    let alpha = departs(problem, &stretch.rows(&jumps), &stretch.times(&load), size)?.alpha;
+    Some(slide(stretch.times(&alpha), &load))
+}
+
+/// Whether no admissible forces balance `load`, of which `size` counts as one.
+fn departs(problem: &ContactProblem, jumps: &Csr, load: &[f64], size: f64) -> Option<Slide> {
+    let forces = Forces { problem, jumps, size };
     // Friction that is given is bounded by itself and no cone: a further coordinate, one for the loads, makes it one.
     let mut target: Vec<f64> = load.iter().map(|e| e / size).collect();
     target.push(1.0);
@@ -99,11 +111,11 @@ pub(crate) fn no_equilibrium_with(problem: &ContactProblem, motions: &RigidMotio
         }
         let Some((point, generator)) = forces.against(&residual) else {
             // No point can carry force.
-            return Some(physical(&forces, &hull, residual, &load));
+            return Some(physical(&forces, &hull, residual, load));
         };
         // The error of the residual is the root of the angle; an angle of rounding gains nothing any more.
         if dot(&generator, &residual) <= 1e-14 * distance || distance >= before {
-            return Some(physical(&forces, &hull, residual, &load));
+            return Some(physical(&forces, &hull, residual, load));
         }
         before = distance;
         hull.add(point, generator);

@@ -20,6 +20,7 @@ mod normals;
 mod obstacle;
 mod overlap;
 mod pair;
+mod part;
 mod patches;
 mod points;
 mod pose;
@@ -30,8 +31,10 @@ mod rows;
 mod skin;
 mod slave_choice;
 pub mod sliding;
+mod spans;
 mod stitch;
 mod strength;
+mod stretch;
 mod surface;
 mod triangles;
 mod tributary;
@@ -52,8 +55,8 @@ pub use rows::{ContactRows, contact_rows};
 pub use slave_choice::{Reason, Role, choose_slave, reverse_where_constrained};
 pub(crate) use slave_choice::{face_size, may_change_sides};
 pub use surface::{
-    Across, Coefficient, Cohesion, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH,
-    SurfaceFacts, SurfaceFriction,
+    ALWAYS, Across, Coefficient, Cohesion, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts,
+    Period, SEARCH, SurfaceFacts, SurfaceFriction,
 };
 pub use triangles::{RawSurface, Triangles};
 pub use tributary::{TributaryArea, tributary_areas};

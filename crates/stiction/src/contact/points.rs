@@ -17,6 +17,7 @@ use crate::mesh::v3::{V3, add, dot, norm, scale, sub};
 const ROUNDING: f64 = 1e-12;
 
 /// A contact point: its jump is `u_node + sum(weight u_other)` along its axes.
+#[derive(PartialEq)]
 pub(super) struct Point {
     pub node: u32,
     /// Before any displacement, the prescribed ones included.
@@ -75,7 +76,7 @@ pub(super) fn points_on_obstacle(
     }
     let mut facts = SurfaceFacts::named(&surface.name);
     let tied = surface.friction == SurfaceFriction::Bonded;
-    let facing = if tied { None } else { faces_that_look(mesh, &surface.faces, obstacle) };
+    let facing = faces_that_look(mesh, &surface.faces, obstacle);
     let faces = facing.as_ref().unwrap_or(&surface.faces);
     let outward = nodal_normals(mesh, faces);
     if facing.is_some() {
@@ -203,7 +204,7 @@ pub(super) fn points_on_obstacle(
 
 /// Those of the faces that look at the obstacle; `None` where all do, or none does. A side face that shares an edge with them would
 /// add to what the nodes there stand for.
-fn faces_that_look(mesh: &Mesh, faces: &[u32], obstacle: &Obstacle) -> Option<Vec<u32>> {
+pub(super) fn faces_that_look(mesh: &Mesh, faces: &[u32], obstacle: &Obstacle) -> Option<Vec<u32>> {
     let looks = |face: &u32| {
         let corners = mesh.faces[*face as usize].corners();
         let sum = corners.iter().fold([0.0; 3], |sum, &corner| add(sum, mesh.nodes[corner as usize]));

@@ -2,11 +2,12 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::claims::{Shares, places};
+use super::claims::{Claims, Lost, Shares};
 use super::followers::merge;
 use super::node_to_surface::points_of_nodes;
-use super::pair::{Matched, points_of_pair};
-use super::points::{Point, points_on_obstacle};
+use super::pair::points_of_pair;
+use super::points::{Point, faces_that_look, points_on_obstacle};
+use super::spans::{Span, Version, spans, united};
 use super::{ContactSurface, Counterpart, SurfaceFacts, SurfaceFriction};
 use crate::Error;
 use crate::fem::DofMap;
@@ -59,8 +60,8 @@ pub fn contact_rows(
 
 /// The points of all surfaces, in their order.
 ///
-/// A node carries the points of one surface only where pairs are concerned: see [`claims`](super::claims). Bonded surfaces get
-/// their points first, then those that may touch an obstacle, then pairs. Nodes that several obstacles have in common
+/// At any time a node carries the points of one surface only where pairs are concerned: see [`claims`](super::claims). Bonded surfaces
+/// get their points first, then those that may touch an obstacle, then pairs. Nodes that several obstacles have in common
 /// stay with each.
 pub(super) fn all_points(
     mesh: &Mesh,
@@ -69,41 +70,89 @@ pub(super) fn all_points(
 ) -> Result<(Vec<Point>, Vec<SurfaceFacts>), Error> {
     let bonded = |s: &ContactSurface| s.friction == SurfaceFriction::Bonded;
     let mut order: Vec<usize> = (0..surfaces.len()).collect();
-    let places = places(mesh, surfaces);
-    order.sort_by_key(|&i| (!bonded(&surfaces[i]), matches!(surfaces[i].against, Counterpart::Surface(_)), places[i]));
-    let Shares { lost, mut matched, .. } = Shares::new(mesh, dofs, surfaces);
-    let (mut tied, mut taken) = (HashSet::new(), HashSet::new());
-    let mut found: HashMap<usize, (Vec<Point>, SurfaceFacts)> = HashMap::new();
-    for number in order {
-        let (surface, lost) = (&surfaces[number], &lost[number]);
-        let at_surface = |e: Error| e.at(&quoted(&surface.name));
-        let found_here = match &surface.against {
-            Counterpart::Obstacle(obstacle) => points_on_obstacle(mesh, dofs, surface, obstacle, (lost, &tied)),
-            Counterpart::Surface(master) => match &master.nodes {
-                Some(nodes) => points_of_nodes(mesh, dofs, surface, master, nodes, (lost, &taken)),
-                None => matched
-                    .remove(&number)
-                    .map_or_else(|| Matched::new(mesh, dofs, surface, master), Ok)
-                    .and_then(|matched| points_of_pair(&matched, dofs, lost, &taken)),
-            },
-        };
-        let (mut points, mut facts) = found_here.map_err(at_surface)?;
-        merge(mesh, surface, &dofs.follows, &mut points, &mut facts).map_err(at_surface)?;
-        // A node that points hang on carries none of another surface: both sides would be held to one another twice.
-        for point in &points {
-            taken.insert(point.node);
-            taken.extend(point.others.iter().map(|other| other.0));
-            taken.extend(point.across.iter().map(|other| other.0));
+    let mut claims = Claims::new(mesh, dofs, surfaces);
+    order.sort_by_key(|&i| {
+        (!bonded(&surfaces[i]), matches!(surfaces[i].against, Counterpart::Surface(_)), claims.places[i])
+    });
+    let mut spans = spans(surfaces);
+    // What never holds has points all the same, which are always out.
+    let never = (0..surfaces.len()).filter(|number| spans.iter().all(|span| !span.surfaces.contains(number)));
+    let never: Vec<Span> = never.map(|number| Span { times: Vec::new(), surfaces: vec![number] }).collect();
+    spans.extend(never);
+    let last_of = |number: usize| spans.iter().rposition(|span| span.surfaces.contains(&number));
+    let mut made: Vec<Vec<(Version, Excluded)>> = surfaces.iter().map(|_| Vec::new()).collect();
+    for (place, span) in spans.iter().enumerate() {
+        let Shares { lost, .. } = claims.shares(&span.surfaces);
+        let (mut tied, mut taken) = (HashSet::new(), HashSet::new());
+        for &number in order.iter().filter(|number| span.surfaces.contains(number)) {
+            let (surface, lost) = (&surfaces[number], &lost[number]);
+            let known = if spans.len() == 1 { Excluded::new() } else { excluded(mesh, surface, lost, [&tied, &taken]) };
+            let same = made[number].iter().position(|(_, excluded)| *excluded == known);
+            let at = match same {
+                Some(at) => at,
+                None => {
+                    let found = points_of(&mut claims, (mesh, dofs), (surfaces, number), (lost, &tied, &taken));
+                    let (points, facts) = found.map_err(|e| e.at(&quoted(&surface.name)))?;
+                    made[number].push((Version { points, facts, times: Vec::new() }, known));
+                    made[number].len() - 1
+                }
+            };
+            let Version { points, facts, times } = &mut made[number][at].0;
+            times.extend(&span.times);
+            // A node that points hang on carries none of another surface: both sides would be held to one another twice.
+            for point in points.iter() {
+                taken.insert(point.node);
+                taken.extend(point.others.iter().map(|other| other.0));
+                taken.extend(point.across.iter().map(|other| other.0));
+            }
+            if bonded(surface) {
+                tied.extend(&facts.nodes);
+                // Nodes an obstacle holds in every direction have no point and are tied all the same.
+                if let Counterpart::Obstacle(obstacle) = &surface.against {
+                    let looking = faces_that_look(mesh, &surface.faces, obstacle);
+                    tied.extend(mesh.face_nodes(looking.as_ref().unwrap_or(&surface.faces)));
+                }
+            }
+            if last_of(number) == Some(place) {
+                claims.forget(number);
+            }
         }
-        if bonded(surface) {
-            tied.extend(&facts.nodes);
-            // Nodes an obstacle holds in every direction have no point and are tied all the same.
-            tied.extend(mesh.face_nodes(&surface.faces).iter().filter(|_| facts.pair.is_none()));
-        }
-        found.insert(number, (points, facts));
     }
-    let (points, facts): (Vec<_>, Vec<_>) = (0..surfaces.len()).filter_map(|i| found.remove(&i)).unzip();
+    let versions = made.into_iter().map(|made| made.into_iter().map(|(version, _)| version).collect());
+    let (points, facts): (Vec<_>, Vec<_>) = versions.filter_map(united).unzip();
     Ok((points.into_iter().flatten().collect(), facts))
+}
+
+/// The nodes of a surface that others have, ascending, and how it has lost them.
+type Excluded = Vec<(u32, Option<Lost>, [bool; 2])>;
+
+fn excluded(mesh: &Mesh, surface: &ContactSurface, lost: &HashMap<u32, Lost>, sets: [&HashSet<u32>; 2]) -> Excluded {
+    let alone = match &surface.against {
+        Counterpart::Surface(master) => master.nodes.clone(),
+        Counterpart::Obstacle(_) => None,
+    };
+    let nodes = alone.unwrap_or_else(|| mesh.face_nodes(&surface.faces)).into_iter();
+    let of_node = |node: u32| (node, lost.get(&node).copied(), sets.map(|set| set.contains(&node)));
+    nodes.map(of_node).filter(|(_, lost, sets)| lost.is_some() || sets.contains(&true)).collect()
+}
+
+/// The points of one surface, which has `lost` nodes to others, where others are `tied` or `taken`.
+fn points_of<'a>(
+    claims: &mut Claims<'a>,
+    (mesh, dofs): (&Mesh, &DofMap),
+    (surfaces, number): (&'a [ContactSurface], usize),
+    (lost, tied, taken): (&HashMap<u32, Lost>, &HashSet<u32>, &HashSet<u32>),
+) -> Result<(Vec<Point>, SurfaceFacts), Error> {
+    let surface = &surfaces[number];
+    let (mut points, mut facts) = match &surface.against {
+        Counterpart::Obstacle(obstacle) => points_on_obstacle(mesh, dofs, surface, obstacle, (lost, tied))?,
+        Counterpart::Surface(master) => match &master.nodes {
+            Some(nodes) => points_of_nodes(mesh, dofs, surface, master, nodes, (lost, taken))?,
+            None => points_of_pair(claims.matched(number, master)?, dofs, lost, taken)?,
+        },
+    };
+    merge(mesh, surface, &dofs.follows, &mut points, &mut facts)?;
+    Ok((points, facts))
 }
 
 fn quoted(name: &str) -> String {

@@ -151,7 +151,7 @@ pub fn reverse_where_constrained(mesh: &Mesh, dofs: &DofMap, surface: &mut Conta
     (surface.faces, master.search) = (free, search);
     let (name, friction) = (format!("{}-constrained", surface.name), surface.friction.clone());
     let (against, stiffness) = (Counterpart::Surface(other), surface.stiffness);
-    Some(ContactSurface { name, faces, against, friction, stiffness })
+    Some(ContactSurface { name, faces, against, friction, stiffness, periods: surface.periods.clone() })
 }
 
 /// Whether more than half of the nodes are prescribed altogether.

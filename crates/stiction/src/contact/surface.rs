@@ -131,9 +131,22 @@ pub struct ContactSurface {
     pub friction: SurfaceFriction,
     /// How the interface yields under the forces it carries; hard contact if `None`.
     pub stiffness: Option<InterfaceStiffness>,
+    /// When it holds, ascending: surfaces that never do so together do not compete for nodes.
+    pub periods: Vec<Period>,
 }
 
+/// Time after which something holds, and until which.
+pub type Period = [f64; 2];
+
+/// From beginning to end.
+pub const ALWAYS: Period = [f64::NEG_INFINITY, f64::INFINITY];
+
 impl ContactSurface {
+    /// Whether both hold at some time.
+    pub(crate) fn holds_with(&self, other: &ContactSurface) -> bool {
+        self.periods.iter().any(|[a, b]| other.periods.iter().any(|[from, to]| a.max(*from) < b.min(*to)))
+    }
+
     /// Lets the other surface of a pair carry the points; nothing where there is no other.
     pub(crate) fn change_sides(&mut self) {
         let Counterpart::Surface(master) = &mut self.against else { return };
@@ -205,6 +218,8 @@ pub struct SurfaceFacts {
     pub points: usize,
     /// The node of each.
     pub nodes: Vec<u32>,
+    /// Points that take no part for a time in which the surface holds: another contact has their node then, or that of a neighbour.
+    pub out: Vec<(usize, Period)>,
     /// Area of the faces.
     pub area: f64,
     /// Least initial gap, length.

@@ -19,7 +19,9 @@ mod uniqueness;
 pub use direct::{coulomb_facts, rigid_equilibrium, solve};
 pub use law::PointState;
 pub use multigrid::{Multigrid, coulomb_facts_by_multigrid, solve_multigrid};
-pub(crate) use multigrid::{SoughtForce, Tightened, multigrid_bytes, multigrid_fits, tighten_by_multigrid};
+pub(crate) use multigrid::{
+    Part, SetUp, SoughtForce, Tightened, multigrid_bytes, multigrid_fits, points_in, tighten_by_multigrid,
+};
 pub use reference::{
     Answer, CopiesAtOnce, Coupling, Given, Method, MethodCounts, MethodReport, MethodSettings, MethodStep,
     Minimization, Penalty, Quadratic, Splitting, Start, Sweeps, fixed_point_defect, run_method, solve_with,

@@ -289,7 +289,7 @@ impl Search<'_, '_> {
         let (mut start, mut start_displacement) = (None, None);
         if let Some((lambda, u)) = from {
             let by_multigrid = match &self.kept.operator {
-                Some(operator) => matches!(operator, Operator::Multigrid(_)),
+                Some(operator) => matches!(operator, Operator::Multigrid(..)),
                 None => self.kept.begins_with_multigrid(problem, self.settings),
             };
             match by_multigrid {

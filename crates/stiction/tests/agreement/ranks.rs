@@ -143,6 +143,22 @@ fn symmetry_supports_of_components_and_two_obstacles_are_the_same_on_ranks() {
     agrees(&on_a_ball(), &[2, 5, 8]);
 }
 
+/// Where a support holds a part of the normal of a curved obstacle the rest of it is shorter than one.
+#[test]
+fn a_curved_obstacle_beside_a_support_of_one_component_is_the_same_on_ranks() {
+    for element in ["hex8", "tet10"] {
+        agrees(
+            &format!(
+                "[mesh]\nblock = {{ size = [1, 0.5, 0.3], cells = [10, 6, 4], element = \"{element}\" }}\n{STEEL}\
+                 [[fix]]\non = \"x-min\"\ncomponents = \"x\"\n[[spring]]\non = \"x-min\"\nnormal = 2e10\ntangential = 5e9\n\
+                 [[load]]\non = \"z-max\"\ntraction = [0, 0, -1e6]\n[[contact]]\non = \"z-min\"\n\
+                 against = {{ cylinder = {{ point = [0.7, 0, -1], axis = [0, 1, 0], radius = 1 }} }}\nfriction = {{ coulomb = 0.2 }}\n"
+            ),
+            &[1, 2, 4],
+        );
+    }
+}
+
 #[test]
 fn elastic_foundations_are_the_same_on_ranks() {
     let spring = "[[spring]]\non = \"z-max\"\nnormal = 2e10\ntangential = 5e9\n";

@@ -228,6 +228,19 @@ fn a_body_that_nothing_holds_any_more_has_no_equilibrium_on_ranks() {
     assert!(gone.status != Status::Solved && (1.15..1.17).contains(&last), "{:?} at {last}", gone.status);
 }
 
+/// The same two faces named by two contacts that hold one after the other: points of both are on one node.
+#[test]
+fn contacts_that_take_turns_on_one_surface_are_refused_at_their_line() {
+    let with = |law: &str| {
+        let more = "[[contact]]\nname = \"then\"\non = \"z-min\"\nfriction = { coulomb = 0.2 }\nfrom = \"pull\"\n\
+                    against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\n";
+        refusal(&case_of(&brick("hex8", law, more), "1e-8"), 3, None)
+    };
+    let error = with("friction = { coulomb = 0.3 }\nuntil = \"press\"");
+    assert!(error.what.contains("nodes in common") && error.remedy.contains("stiction solve"), "{error}");
+    assert!(error.place.starts_with("case.toml:"), "{error}");
+}
+
 /// Multigrid wants a node for each point; on one machine there is the factor.
 #[test]
 fn supports_by_time_that_share_nodes_with_contacts_or_one_another_are_refused_at_their_line() {

@@ -79,6 +79,7 @@ impl Posed<'_> {
             against: FLOOR.into(),
             friction: friction.clone(),
             stiffness: None,
+            periods: vec![stiction::contact::ALWAYS],
         };
         let surfaces: Vec<ContactSurface> = self.floor.iter().map(surface).collect();
         let (problem, _) = pose(mesh, &mut model, &surfaces).unwrap();

@@ -131,6 +131,7 @@ fn bound_of_uniform(mesh: &Mesh, u: fn(V3) -> V3, friction: SurfaceFriction, lim
         against: FLOOR.into(),
         friction,
         stiffness: None,
+        periods: vec![stiction::contact::ALWAYS],
     };
     let (problem, facts) = pose(mesh, &mut model, &[floor]).unwrap();
     let solution = stiction_fixtures::solved(&problem, 1e-12);

@@ -100,6 +100,22 @@ fn resultant(lambda: &[f64], points: Range<usize>) -> [f64; 3] {
     [-sum(1), -sum(2), sum(0)]
 }
 
+/// Friction far below the rounding of the weight holds what it holds: pushed by more along the floor a block slides, however little that is.
+#[test]
+fn weak_friction_holds_its_limit_and_no_more() {
+    for element in ELEMENTS {
+        for coefficient in [1e-3, 1e-6, 1e-8, 1e-10] {
+            for (part, slides) in [(0.5, false), (0.99, false), (1.01, true), (2.0, true)] {
+                // The side has half the area of the floor.
+                let case = pressed(element, 1e6, 2.0 * part * coefficient * 1e6, SurfaceFriction::Coulomb(coefficient));
+                let found = departure(&case.pose().problem);
+                assert_eq!(found.is_some(), slides, "{part} of the limit of {coefficient}: {found:?}");
+                assert!(found.is_none_or(|motion| motion.contains("translation along x")));
+            }
+        }
+    }
+}
+
 #[test]
 fn a_block_pressed_on_the_floor_is_held_by_friction_alone() {
     for element in ELEMENTS {

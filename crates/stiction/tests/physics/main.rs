@@ -39,4 +39,5 @@ mod smallness;
 mod steps;
 mod supports;
 mod surfaces;
+mod taking_turns;
 mod wedges;

@@ -47,6 +47,7 @@ fn pair(mesh: &Mesh, slave: &str, master: &str, friction: SurfaceFriction) -> Co
         against: Counterpart::Surface(master),
         friction,
         stiffness: None,
+        periods: vec![stiction::contact::ALWAYS],
     }
 }
 

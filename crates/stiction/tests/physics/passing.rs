@@ -227,6 +227,7 @@ fn nodes_beyond_the_border_of_an_obstacle_that_get_through_it_are_out_of_reach()
         against: Counterpart::Obstacle(Obstacle::Surface(Arc::new(sheet))),
         friction: SurfaceFriction::None,
         stiffness: None,
+        periods: vec![stiction::contact::ALWAYS],
     }];
     let facts = SurfaceFacts { nodes, ..SurfaceFacts::default() };
     let assembly = Assembly { mesh: &mesh, body: bodies(&mesh), surfaces: &surfaces, facts: vec![&facts] };

@@ -71,6 +71,7 @@ fn a_shrink_fit_of_a_few_curved_cells_has_the_pressure_of_lame() {
             against: Counterpart::Surface(master),
             friction: SurfaceFriction::None,
             stiffness: None,
+            periods: vec![stiction::contact::ALWAYS],
         };
         let (problem, facts) = pose(&mesh, &mut model, &[surface]).unwrap();
         let s = solved(&problem, 1e-9);

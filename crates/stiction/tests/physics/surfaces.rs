@@ -327,3 +327,22 @@ fn a_result_with_ellipses_a_limit_and_a_surface_is_judged_anew_from_its_files() 
     let found = check(&results).unwrap_or_else(|e| panic!("{e}"));
     assert!(found.passed(), "{found:?}");
 }
+
+/// A plate glued to an obstacle is held at the faces that look at it, whether these are named or all faces of the plate are.
+#[test]
+fn glue_on_an_obstacle_holds_the_faces_that_look_at_it() {
+    use stiction_fixtures::case_run;
+    let run = |on: &str| {
+        case_run::solved(&format!(
+            "[mesh]\nblock = {{ size = [20, 20, 2], cells = [4, 4, 2], element = \"hex8\" }}\n\
+             [materials.steel]\nyoung = 210e3\npoisson = 0.3\n[[load]]\non = \"z-max\"\nforce = [50, 0, -1000]\n\
+             [[contact]]\non = [{on}]\nagainst = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\nfriction = \"bonded\"\n"
+        ))
+    };
+    let [face, skin] = ["\"z-min\"", "\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\""].map(run);
+    let [a, b] = [&face, &skin].map(case_run::displacement);
+    let top = a.iter().flatten().fold(0.0, |most: f64, c| c.abs().max(most));
+    // Of the mean compression at least half is left: nothing holds the top.
+    assert!(top > 0.5 * 2.0 * 1000.0 / 400.0 / 210e3 && skin.1.facts.points == 25);
+    assert!(a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| (a - b).abs() <= 1e-9 * top));
+}

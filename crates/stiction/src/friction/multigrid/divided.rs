@@ -11,9 +11,9 @@ use super::transform::{
 };
 use crate::Error;
 use crate::certificate::{Certificate, certify_divided, ghost_values};
-use crate::contact::{Contact, ContactProblem, Division, Elastic, Labels, Pair};
+use crate::contact::{ContactProblem, Division, Elastic};
 use crate::linalg::multigrid::{Block, Hierarchy, Nodes, RelativeCoordinates, RelativeMatrix, contact_ghosts};
-use crate::linalg::{Csr, NodeGraph, Stop};
+use crate::linalg::{NodeGraph, Stop};
 use crate::ranks::{Halo, agree, all_to_all, from_bytes, to_bytes};
 
 /// What is known of a problem of this rank beyond its own points.
@@ -262,38 +262,9 @@ impl Divided {
 
     /// The problem with the points of this rank alone.
     pub(super) fn own(&self) -> ContactProblem {
-        let ContactProblem { elastic, contact, labels } = &self.whole;
-        let (m, own) = (self.points.len(), &self.points);
-        let at = |list: &[f64]| -> Vec<f64> { own.iter().map(|&j| list[j as usize]).collect() };
-        let mut rows = Vec::new();
-        for (place, &j) in own.iter().enumerate() {
-            for (r, i) in self.whole.rows(j as usize).into_iter().enumerate() {
-                let (columns, values) = contact.B.row(i);
-                rows.extend(columns.iter().zip(values).map(|(&c, &v)| (r * m + place, c as usize, v)));
-            }
-        }
-        let all = self.whole.points();
-        let contact = Contact {
-            B: Csr::from_triplets(3 * m, contact.B.cols, &rows),
-            gap: at(&contact.gap),
-            slip_reference: [at(&contact.slip_reference[..all]), at(&contact.slip_reference[all..])].concat(),
-            friction: own.iter().map(|&j| contact.friction[j as usize]).collect(),
-            orthotropy: contact.orthotropy.as_ref().map(|ratios| at(ratios)),
-            rounding: contact.rounding,
-            out: (0..).zip(own.iter()).filter(|(_, j)| contact.out.binary_search(j).is_ok()).map(|(k, _)| k).collect(),
-        };
-        let before = |j: usize| own.partition_point(|&k| (k as usize) < j);
-        let pair =
-            |pair: &Pair| Pair { name: pair.name.clone(), points: before(pair.points.start)..before(pair.points.end) };
-        let labels = Labels {
-            area: at(&labels.area),
-            unity_sum: at(&labels.unity_sum),
-            pairs: labels.pairs.iter().map(pair).collect(),
-            supports: None,
-            bodies: None,
-        };
+        let (contact, labels) = self.whole.contact_of_points(&self.points);
         // The hierarchy has been set up: who solves reads no node and no motion any more.
-        let Elastic { K, f, .. } = elastic;
+        let Elastic { K, f, .. } = &self.whole.elastic;
         let elastic = Elastic { K: K.clone(), f: f.clone(), node_of: None, near_kernel: None, middles: None };
         ContactProblem { elastic, contact, labels }
     }
@@ -311,11 +282,7 @@ impl Divided {
 
     /// Judges displacements of all unknowns here and multipliers of own points; what belongs to other ranks is theirs.
     pub(super) fn certify(&self, u: &[f64], lambda: &[f64], tolerance: f64) -> Certificate {
-        let (m, all) = (self.points.len(), self.whole.points());
-        let mut everywhere = vec![0.0; 3 * all];
-        for (place, &j) in self.points.iter().enumerate() {
-            (0..3).for_each(|r| everywhere[r * all + j as usize] = lambda[r * m + place]);
-        }
+        let everywhere = self.whole.of_all_points(&self.points, lambda);
         certify_divided(&self.whole, &self.division, u, &everywhere, tolerance)
     }
 

@@ -20,6 +20,7 @@ mod floating;
 mod iteration;
 mod memory;
 mod monitor;
+mod part;
 mod points;
 mod solve;
 mod springs;
@@ -32,6 +33,7 @@ mod transform;
 mod uniqueness;
 
 pub(crate) use memory::{multigrid_bytes, multigrid_fits};
+pub(crate) use part::{Part, SetUp, points_in};
 pub use solve::{Multigrid, solve_multigrid};
 pub(crate) use tightening::{SoughtForce, Tightened, tighten_by_multigrid};
 pub use uniqueness::coulomb_facts_by_multigrid;

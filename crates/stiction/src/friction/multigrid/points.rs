@@ -9,7 +9,7 @@ pub(super) struct Point {
     /// Rows: normal, tangents; orthonormal on the unknowns of the node.
     pub frame: Block<3, 3>,
     /// Displacements along the rows are multiplied by these and forces divided: the orthotropy ratio across the first tangent
-    /// makes the ellipse of friction a disc.
+    /// makes the ellipse of friction a disc, and where a support holds a part of the normal the other part is shorter than one.
     pub scale: [f64; 3],
     /// Whether a row of the law is nonzero: normal, tangents.
     pub has_row: [bool; 3],
@@ -50,6 +50,8 @@ pub(super) fn compliance(d: &Block<3, 3>, scale: [f64; 3], weight: f64) -> f64 {
 
 /// Rows of a point are orthonormal to this accuracy.
 const ORTHONORMAL: f64 = 1e-9;
+/// The least part of the normal that supports may leave.
+const LEAST_NORMAL: f64 = 0.1;
 
 /// The nodes that a point's rows reach beside its own, each with its block of `B`.
 pub(super) type OtherNodes = Vec<(u32, Block<3, 3>)>;
@@ -96,8 +98,8 @@ pub(super) fn points(problem: &ContactProblem, nodes: &Nodes) -> Result<(Vec<Poi
             (*count, *sum) = (*count - 1, *sum - j as u64);
             next.extend((*count == 1).then_some(*sum as u32));
         }
-        let (node, frame) = others[j].swap_remove(own);
-        points[j] = Some(point(problem, node, frame, in_frame, filled(problem, &rows, j), j));
+        let own = others[j].swap_remove(own);
+        points[j] = Some(point(problem, own, &mut others[j], in_frame, filled(problem, &rows, j), j));
     }
     if let Some(point) = points.iter().position(Option::is_none) {
         let in_frame = filled(problem, &problem.contact.B, point);
@@ -124,8 +126,8 @@ pub(super) fn points_at(
         let mut others = blocks(problem, nodes, j);
         let in_frame = filled(problem, &problem.contact.B, j);
         let own = others.iter().position(|(v, block)| *v == node && is_frame(block, &in_frame));
-        let (_, frame) = others.swap_remove(own.ok_or(NoOwnNode { point: j, shares: None })?);
-        all.0.push(point(problem, node, frame, in_frame, filled(problem, &rows, j), j));
+        let own = others.swap_remove(own.ok_or(NoOwnNode { point: j, shares: None })?);
+        all.0.push(point(problem, own, &mut others, in_frame, filled(problem, &rows, j), j));
         all.1.push(others);
     }
     Ok(all)
@@ -136,16 +138,22 @@ fn filled(problem: &ContactProblem, of: &Csr, j: usize) -> [bool; 3] {
     problem.rows(j).map(|i| of.row(i).1.iter().any(|&v| v != 0.0))
 }
 
+/// The normal row gets the length one, at the other nodes too.
 fn point(
     problem: &ContactProblem,
-    node: u32,
-    mut frame: Block<3, 3>,
+    (node, mut frame): (u32, Block<3, 3>),
+    others: &mut OtherNodes,
     in_frame: [bool; 3],
     has_row: [bool; 3],
     j: usize,
 ) -> Point {
+    let normal = normal_length(&frame, &in_frame);
+    if normal != 1.0 {
+        let blocks = std::iter::once(&mut frame).chain(others.iter_mut().map(|(_, block)| block));
+        blocks.flat_map(|block| &mut block[0]).for_each(|entry| *entry /= normal);
+    }
     complete(&mut frame, &in_frame);
-    let scale = [1.0, 1.0, if has_row[2] { problem.orthotropy_ratio(j) } else { 1.0 }];
+    let scale = [normal, 1.0, if has_row[2] { problem.orthotropy_ratio(j) } else { 1.0 }];
     Point { node: node as usize, frame, scale, has_row, compliance: 0.0, floats: false }
 }
 
@@ -166,14 +174,23 @@ fn blocks(problem: &ContactProblem, nodes: &Nodes, j: usize) -> OtherNodes {
     blocks
 }
 
-/// Whether the rows in the frame are orthonormal.
+/// The length of the normal row at the own node of a point: one, but where a support holds a part of the normal.
+fn normal_length(block: &Block<3, 3>, in_frame: &[bool; 3]) -> f64 {
+    let length = dot(&block[0], &block[0]).sqrt();
+    if in_frame[0] && (length - 1.0).abs() > ORTHONORMAL { length } else { 1.0 }
+}
+
+/// Whether the rows in the frame are orthonormal, the normal one but for a length that is less than one.
 fn is_frame(block: &Block<3, 3>, in_frame: &[bool; 3]) -> bool {
-    (0..3).all(|r| {
-        (0..=r).all(|s| {
-            let expected = f64::from(u8::from(r == s));
-            !(in_frame[r] && in_frame[s]) || (dot(&block[r], &block[s]) - expected).abs() <= ORTHONORMAL
+    let normal = normal_length(block, in_frame);
+    let length = |r: usize| if r == 0 { normal } else { 1.0 };
+    (LEAST_NORMAL..=1.0).contains(&normal)
+        && (0..3).all(|r| {
+            (0..=r).all(|s| {
+                let expected = if r == s { length(r) * length(s) } else { 0.0 };
+                !(in_frame[r] && in_frame[s]) || (dot(&block[r], &block[s]) - expected).abs() <= ORTHONORMAL
+            })
         })
-    })
 }
 
 /// Completes the frame by the rows that are not in it.

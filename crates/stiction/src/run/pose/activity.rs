@@ -8,14 +8,9 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+pub(crate) use crate::contact::{ALWAYS, Period};
 use crate::contact::{Friction, SurfaceFriction};
 use crate::io::case::{ContactSpec, StepSpec};
-
-/// Time after which something takes part, and until which.
-pub(crate) type Period = [f64; 2];
-
-/// From beginning to end.
-pub(crate) const ALWAYS: Period = [f64::NEG_INFINITY, f64::INFINITY];
 
 /// The gap of what is out over the size of the mesh: displacements are small beside the mesh.
 const WIDE: f64 = 1e3;
@@ -52,10 +47,9 @@ impl Activity {
     /// Takes points out, each during a period.
     pub(crate) fn take_out(&mut self, list: Vec<(usize, Period)>) {
         let mut all: BTreeMap<usize, Vec<Period>> = std::mem::take(&mut self.points).into_iter().collect();
-        for (point, [from, until]) in list {
-            let left = |[begin, end]: Period| [[begin, end.min(from)], [begin.max(until), end]];
+        for (point, out) in list {
             let periods = all.entry(point).or_insert_with(|| vec![ALWAYS]);
-            *periods = periods.iter().flat_map(|&own| left(own)).filter(|[begin, end]| begin < end).collect();
+            *periods = left(periods, out);
         }
         self.points = all.into_iter().collect();
     }
@@ -79,11 +73,6 @@ impl Activity {
     pub(crate) fn out(&self, t: f64) -> impl Iterator<Item = (usize, f64)> {
         let out = move |(_, periods): &&(usize, Vec<Period>)| !periods.iter().any(|&period| within(period, t));
         self.points.iter().filter(out).map(|(point, _)| (*point, self.wide))
-    }
-
-    /// Whether a point is out at time `t`.
-    pub(crate) fn is_out(&self, point: usize, t: f64) -> bool {
-        self.out(t).any(|(out, _)| out == point)
     }
 
     /// The laws at time `t`, of which `changed` has those that change otherwise and `posed` all as they are; nothing where
@@ -113,6 +102,12 @@ impl Activity {
     }
 }
 
+/// What is left of periods without one.
+fn left(periods: &[Period], [from, until]: Period) -> Vec<Period> {
+    let of = |&[begin, end]: &Period| [[begin, end.min(from)], [begin.max(until), end]];
+    periods.iter().flat_map(of).filter(|[begin, end]| begin < end).collect()
+}
+
 /// Notes the gap, beside what has moved, that each point of `put_in` has at time `t` if it begins then or later.
 pub(crate) fn note_gaps(
     (put_in, stood): (&[(usize, Period)], &mut [f64]),
@@ -129,20 +124,27 @@ pub(crate) fn note_gaps(
 }
 
 /// When the points of contacts take part in the steps of a case, on a mesh of this diagonal, length; and the bonded ones among them
-/// that are put in with a step, with each period.
+/// that are put in with a step, with each period. Each contact has its points and those of them, by their places there, that are
+/// out for a time.
 pub(crate) fn timed_contacts<'c>(
     steps: &[StepSpec],
     diagonal: f64,
-    contacts: impl Iterator<Item = (&'c ContactSpec, Range<usize>)>,
+    contacts: impl Iterator<Item = (&'c ContactSpec, Range<usize>, &'c [(usize, Period)])>,
 ) -> (Activity, Vec<(usize, Period)>) {
     let (mut activity, mut put_in) = (Activity::new(diagonal), Vec::new());
-    for (contact, points) in contacts {
-        let periods = contact.periods(steps);
-        if contact.friction == SurfaceFriction::Bonded {
-            let later = periods.iter().filter(|period| period[0].is_finite());
-            put_in.extend(later.flat_map(|&period| points.clone().map(move |j| (j, period))));
+    for (contact, points, out) in contacts {
+        let mut periods = vec![contact.periods(steps); points.len()];
+        for &(place, time) in out {
+            periods[place] = left(&periods[place], time);
         }
-        points.clone().for_each(|j| activity.add(j, periods.clone()));
+        if contact.friction == SurfaceFriction::Bonded {
+            let later = |(j, periods): (usize, &Vec<Period>)| {
+                let later: Vec<Period> = periods.iter().copied().filter(|period| period[0].is_finite()).collect();
+                later.into_iter().map(move |period| (j, period))
+            };
+            put_in.extend(points.clone().zip(&periods).flat_map(later));
+        }
+        points.clone().zip(periods).for_each(|(j, periods)| activity.add(j, periods));
         if let Some(step) = contact.bonded_until.and_then(|step| steps.get(step)) {
             points.for_each(|j| activity.bond(j, step.until));
         }

@@ -91,7 +91,7 @@ fn posed(case: &Case, entries: Entries) -> Result<Prepared, Error> {
     let meshed = lap();
     let (materials, material_of_cell) = materials::materials(&mesh, &case.materials)?;
     let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
-    let mut surfaces = surfaces::surfaces(&mesh, &case.contacts)?;
+    let mut surfaces = surfaces::surfaces(&mesh, &case.contacts, &case.steps)?;
     let Fixes { held: mut fixes, spots: mut fix_spots, timed, facts: fix_facts } = fixes(&mesh, case)?;
     let cuts = cuts(&mesh, &case.cyclic)?;
     for (fix, spot) in cuts.iter().filter_map(Cuts::on_axis) {
@@ -128,7 +128,10 @@ fn posed(case: &Case, entries: Entries) -> Result<Prepared, Error> {
     ties.extend(ties_of_supports(&mesh, &model.dofs, &timed)?);
     let diagonal = Bounds::around(mesh.nodes.iter().copied()).diagonal();
     let points = problem.labels.pairs.iter().map(|pair| pair.points.clone());
-    let (mut activity, put_in) = timed_contacts(&case.steps, diagonal, case.contacts.iter().zip(points));
+    refuse_states_of_changing_points(&case.contacts, &surface_facts)?;
+    let out = surface_facts.iter().map(|facts| &facts.out[..]);
+    let timed_points = case.contacts.iter().zip(points).zip(out).map(|((contact, points), out)| (contact, points, out));
+    let (mut activity, put_in) = timed_contacts(&case.steps, diagonal, timed_points);
     let on_obstacles = on_obstacles_at_rest(&surface_facts, &surfaces, &case.contacts);
     activity.take_out(held_along_normal(&mesh, &model.dofs, &problem, &on_obstacles, &timed));
     let ties = Ties::new(&model.dofs, ties, &mut problem, &mut activity)?;
@@ -246,6 +249,20 @@ pub(crate) fn refuse_loss_without_steps(contacts: &[ContactSpec], steps: &[StepS
         }
         _ => Ok(()),
     }
+}
+
+/// What an interface has lost, or carried before anything was loaded, is known of a point: where another contact takes nodes for a
+/// time, points give way to others.
+fn refuse_states_of_changing_points(contacts: &[ContactSpec], facts: &[SurfaceFacts]) -> Result<(), Error> {
+    let has_state = |contact: &ContactSpec| contact.friction.is_brittle() || contact.initial_stress.is_some();
+    let changing = contacts.iter().zip(facts).find(|(contact, facts)| has_state(contact) && !facts.out.is_empty());
+    let Some((contact, _)) = changing else { return Ok(()) };
+    let what = format!(
+        "contact \"{}\" has cohesion that is lost on slip or an initial stress, and another contact that holds in some steps has nodes \
+         of it then",
+        contact.name
+    );
+    Err(contact.spot.error(what, "let both hold in the same steps, or name surfaces without common nodes"))
 }
 
 impl Prepared {

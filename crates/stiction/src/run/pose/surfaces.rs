@@ -9,13 +9,13 @@ use crate::contact::{
     may_change_sides, reverse_where_constrained, sides_to_change,
 };
 use crate::fem::{DofMap, Solid};
-use crate::io::case::{AgainstSpec, ContactSpec, Placing, Region, Spot, SurfaceFile};
+use crate::io::case::{AgainstSpec, ContactSpec, Placing, Region, Spot, StepSpec, SurfaceFile};
 use crate::io::surface;
 use crate::mesh::Mesh;
 use crate::mesh::v3::add;
 
 /// The surfaces and what they may touch; of a pair the surface of `on` is the slave for now.
-pub(crate) fn surfaces(mesh: &Mesh, specs: &[ContactSpec]) -> Result<Vec<ContactSurface>, Error> {
+pub(crate) fn surfaces(mesh: &Mesh, specs: &[ContactSpec], steps: &[StepSpec]) -> Result<Vec<ContactSurface>, Error> {
     let surface = |spec: &ContactSpec| {
         let against = match &spec.against {
             AgainstSpec::Obstacle(obstacle) => Counterpart::Obstacle(obstacle.clone()),
@@ -50,6 +50,7 @@ pub(crate) fn surfaces(mesh: &Mesh, specs: &[ContactSpec]) -> Result<Vec<Contact
             against,
             friction: spec.friction.clone(),
             stiffness: spec.stiffness,
+            periods: spec.periods(steps),
         })
     };
     specs.iter().map(surface).collect()
@@ -155,11 +156,11 @@ pub(crate) fn names(spec: &ContactSpec) -> [String; 2] {
     [regions::name(&spec.on), against]
 }
 
-/// Pairs of surfaces that share faces, and how many.
+/// Pairs of surfaces that share faces at a time, and how many.
 pub(crate) fn shared(surfaces: &[ContactSurface]) -> Vec<(String, String, usize)> {
     let mut shared = Vec::new();
     for (i, a) in surfaces.iter().enumerate() {
-        for b in &surfaces[i + 1..] {
+        for b in surfaces[i + 1..].iter().filter(|b| a.holds_with(b)) {
             let count = a.faces.iter().filter(|face| b.faces.binary_search(face).is_ok()).count();
             if count > 0 {
                 shared.push((a.name.clone(), b.name.clone(), count));

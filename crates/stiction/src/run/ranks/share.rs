@@ -340,7 +340,7 @@ fn contact(
 ) -> Result<(PosedPoints, Vec<u8>, Vec<u32>), Error> {
     let mesh = solid.mesh;
     refuse_loss_without_steps(&case.contacts, &case.steps)?;
-    let mut surfaces = surfaces::surfaces(mesh, &case.contacts)?;
+    let mut surfaces = surfaces::surfaces(mesh, &case.contacts, &case.steps)?;
     surfaces::assign(solid, dofs, &mut surfaces);
     let of = surfaces::reverse(solid, dofs, &mut surfaces);
     for (surface, &k) in surfaces.iter().zip(&of) {
@@ -361,6 +361,11 @@ fn contact(
                     ranks in this version";
         let remedy = "let `slave` name the other surface, or use `stiction solve` on one machine";
         return Err(case.contacts[of[k]].spot.error(what, remedy));
+    }
+    let mut seen = HashSet::new();
+    if let Some(k) = facts.iter().position(|facts| facts.nodes.iter().any(|&node| !seen.insert(node))) {
+        let what = "contacts that have nodes in common, at different times or as obstacles,";
+        return Err(scope::refused(&case.contacts[of[k]].spot, what));
     }
     overlap_of_held_nodes(case, mesh, held, (&surfaces, &of), &points)?;
     let kinds = surfaces.iter().map(|surface| match &surface.against {

@@ -56,11 +56,12 @@ impl Timed {
     ) -> Result<Timed, Error> {
         let contacts = |problem: &ContactProblem| -> Vec<_> {
             let pairs = problem.labels.pairs.iter().zip(contact_of);
-            pairs.map(|(pair, &k)| (&case.contacts[k as usize], pair.points.clone())).collect()
+            // Points that give way to others for a time have been refused.
+            pairs.map(|(pair, &k)| (&case.contacts[k as usize], pair.points.clone(), &[][..])).collect()
         };
         let all = contacts(problem);
-        let brittle = all.iter().filter(|(contact, _)| contact.friction.is_brittle());
-        let brittle = brittle.flat_map(|(_, points)| points.clone()).collect();
+        let brittle = all.iter().filter(|(contact, ..)| contact.friction.is_brittle());
+        let brittle = brittle.flat_map(|(_, points, _)| points.clone()).collect();
         let (mut activity, put_in) = timed_contacts(&case.steps, diagonal, all.into_iter());
         let tied = match posed {
             Posed::Supports(supports) if case.fixes.iter().any(|fix| fix.during.period(&case.steps) != ALWAYS) => {

@@ -122,7 +122,11 @@ pub(crate) fn surfaces_with(
         .map(|(number, (surface, pair))| {
             let mut fields = empty(prepared, &surface.name, &surface.faces);
             fields.pair = number;
-            pair.points.clone().for_each(|j| {
+            // Of points on one node that take part at different times that which does now is shown.
+            let out = &prepared.problem.contact.out;
+            let (last, first): (Vec<usize>, Vec<usize>) =
+                pair.points.clone().partition(|&j| out.binary_search(&(j as u32)).is_err());
+            first.into_iter().chain(last).for_each(|j| {
                 fill(&mut fields, prepared, outcome, &frames[j], &gap_and_slip, j);
                 let (at, [pressure, shear @ ..]) = (fields.place(&frames[j]), tractions.points[j]);
                 fields.pressure[at] = pressure;

@@ -37,9 +37,9 @@ pub(super) fn moved(prepared: &Prepared, u: &[f64], t: f64) -> Result<Moved, Err
     Ok(Moved { u, obstacles })
 }
 
-/// Finds the overlaps of a solved `outcome` that leads from `before` to `now` at time `t`. Where contact is named and surfaces pass
+/// Finds the overlaps of a solved `outcome` that leads from `before` to `now`. Where contact is named and surfaces pass
 /// through each other all the same, the answer is none.
-pub(super) fn look(prepared: &Prepared, before: &Moved, now: &Moved, t: f64, outcome: &mut Outcome) {
+pub(super) fn look(prepared: &Prepared, before: &Moved, now: &Moved, outcome: &mut Outcome) {
     if !matches!(outcome.solution.status, Status::Solved | Status::Uncertified) {
         return;
     }
@@ -50,8 +50,10 @@ pub(super) fn look(prepared: &Prepared, before: &Moved, now: &Moved, t: f64, out
     let accuracy = ACCURACY.max(PER_TOLERANCE * outcome.solution.certificate.tolerance);
     outcome.overlaps = overlaps(&assembly, before, now, accuracy);
     // Surfaces of a contact that is out may go where they like.
-    let first_of = |i: usize| prepared.problem.labels.pairs[i].points.start;
-    let is_out = |i: usize| prepared.loading.activity.is_out(first_of(i), t);
+    let is_out = |i: usize| {
+        let (points, out) = (prepared.problem.labels.pairs[i].points.clone(), &prepared.problem.contact.out);
+        !points.is_empty() && points.into_iter().all(|j| out.binary_search(&(j as u32)).is_ok())
+    };
     outcome.overlaps.retain(|overlap| !overlap.surface.is_some_and(is_out));
     if outcome.overlaps.iter().any(|overlap| overlap.kind.is_refused()) {
         outcome.solution.status = Status::PassesThrough;

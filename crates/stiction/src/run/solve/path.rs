@@ -212,7 +212,7 @@ pub fn solve(prepared: &Prepared, settings: &Settings, observer: &mut Watch<Even
     }
     outcome.sliding = sliding(prepared, outcome.solution.status, &outcome.solution.lambda);
     let now = passing::moved(prepared, &outcome.solution.u, TIME)?;
-    passing::look(prepared, &passing::at_rest(prepared), &now, prepared.loading.t, &mut outcome);
+    passing::look(prepared, &passing::at_rest(prepared), &now, &mut outcome);
     uniqueness_facts(prepared, settings, &mut kept, &mut outcome, observer);
     add_estimate(prepared, &mut outcome);
     Ok(outcome)
@@ -429,8 +429,10 @@ pub(crate) fn uniqueness_facts(
     // Factor or hierarchy stand already, unless the answer was found by an earlier run that this one resumes.
     let quiet = &mut |_: &SolveEvent| ControlFlow::Continue(());
     outcome.coulomb = if by_multigrid {
-        let multigrid = kept.set_up(problem, &settings.solver, quiet).ok();
-        multigrid.and_then(|multigrid| coulomb_facts_by_multigrid(problem, multigrid, solution))
+        kept.set_up(problem, &settings.solver, quiet).ok().and_then(|set_up| match set_up.part {
+            None => coulomb_facts_by_multigrid(problem, set_up.multigrid, solution),
+            Some(part) => coulomb_facts_by_multigrid(&part.problem, set_up.multigrid, &part.narrowed(solution)),
+        })
     } else {
         let dual = kept.factorised(problem, &settings.solver, quiet).ok();
         dual.and_then(|dual| coulomb_facts(problem, dual, solution))

@@ -138,7 +138,7 @@ pub fn solve_steps(
             move_back(&prepared.problem, &prepared.motions, before, tolerance, &mut outcome.solution);
         }
         let now = passing::moved(prepared, &outcome.solution.u, t)?;
-        passing::look(prepared, &march.moved, &now, t, &mut outcome);
+        passing::look(prepared, &march.moved, &now, &mut outcome);
         add_estimate(prepared, &mut outcome);
         seconds.add(&outcome.seconds);
         let finished = match outcome.solution.status {

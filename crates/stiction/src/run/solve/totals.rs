@@ -10,6 +10,7 @@ use super::tractions::{Tractions, tractions};
 use crate::friction::PointState;
 use crate::mesh::v3::norm;
 use crate::run::pose::Prepared;
+use crate::run::pose::activity::within;
 use crate::run::pose::frames::{PointFrame, frames};
 
 /// Sums and extremes over contact points.
@@ -65,7 +66,11 @@ pub fn pair_totals(prepared: &Prepared, outcome: &Outcome) -> Vec<(String, Total
 pub(super) fn all_totals(prepared: &Prepared, outcome: &Outcome) -> (Totals, Vec<(String, Totals)>) {
     let frames = frames(prepared);
     let tractions = tractions(prepared, outcome, &frames);
-    let of = |points: Range<usize>| over(prepared, outcome, &frames, &tractions, points);
+    let gives_way = gives_way(prepared);
+    let of = |points: Range<usize>| {
+        let counted: Vec<usize> = points.filter(|&j| !gives_way[j]).collect();
+        over(prepared, outcome, &frames, &tractions, &counted)
+    };
     // Points of equations are of no surface.
     let surfaces = prepared.problem.labels.pairs.iter().take(prepared.surfaces.len());
     let received = tractions.masters.iter().map(|nodes| nodes.iter().flatten().fold(0.0, |a: f64, t| a.max(t[0])));
@@ -77,16 +82,27 @@ pub(super) fn all_totals(prepared: &Prepared, outcome: &Outcome) -> (Totals, Vec
     (Totals { max_other_pressure: received, ..of(0..prepared.facts.points) }, pairs)
 }
 
+/// Whether a point gives way to others now, which have its area.
+fn gives_way(prepared: &Prepared) -> Vec<bool> {
+    let Prepared { problem, facts, loading, .. } = prepared;
+    let mut gives_way = vec![false; problem.points()];
+    for (contact, pair) in facts.contacts.iter().zip(&problem.labels.pairs) {
+        let now = contact.surface.out.iter().filter(|(_, period)| within(*period, loading.t));
+        now.for_each(|(place, _)| gives_way[pair.points.start + place] = true);
+    }
+    gives_way
+}
+
 fn over(
     prepared: &Prepared,
     outcome: &Outcome,
     frames: &[PointFrame],
     tractions: &Tractions,
-    points: Range<usize>,
+    points: &[usize],
 ) -> Totals {
     let (m, lambda) = (prepared.problem.points(), &outcome.solution.lambda);
     let mut t = Totals { points: points.len(), ..Totals::default() };
-    for j in points {
+    for &j in points {
         let (area, share) = (prepared.problem.labels.area[j], prepared.problem.labels.unity_sum[j]);
         let (count, sum) = match outcome.solution.states[j] {
             PointState::Open => (&mut t.open, &mut t.open_area),

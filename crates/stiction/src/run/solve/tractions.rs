@@ -80,7 +80,14 @@ fn shared(
 ) -> (Vec<Shared>, usize) {
     let patches = tributary_areas(&prepared.mesh, &master.faces);
     let place = |node: u32| patches.binary_search_by_key(&node, |patch| patch.node).ok();
+    // Points that take no part have their area beside others that do.
+    let out = &prepared.problem.contact.out;
+    let is_out = |j: usize| out.binary_search(&(j as u32)).is_ok();
+    let some_are_in = points.clone().any(|j| !is_out(j));
     let of_point = |j: usize| {
+        if some_are_in && is_out(j) {
+            return Shared::new();
+        }
         let (frame, area) = (&frames[j], prepared.problem.labels.area[j]);
         // Any row gives the weights: they stand before the same axis at the point's own node, with the other sign.
         let axes = [frame.normal, frame.tangents[0], frame.tangents[1]];
