@@ -15,8 +15,6 @@ use crate::ranks::{put, take};
 pub(crate) struct PosedPoints {
     pub(super) points: Vec<Point>,
     pub(super) pairs: Vec<Pair>,
-    /// What is probably not what was meant.
-    pub(crate) warnings: Vec<String>,
 }
 
 /// Points between more bodies than so many are not followed: middles of edges are measured from their ends, and these from another
@@ -44,7 +42,7 @@ impl PosedPoints {
             Pair { name: facts.name.clone(), points: first - facts.points..first }
         };
         let pairs = facts.iter().map(pair).collect();
-        Ok((PosedPoints { points, pairs, warnings: Vec::new() }, facts))
+        Ok((PosedPoints { points, pairs }, facts))
     }
 
     /// The node of each point.
@@ -129,7 +127,6 @@ impl PosedPoints {
         put(&counts, &mut to);
         put(&others, &mut to);
         put(&weights, &mut to);
-        put(self.warnings.join("\n").as_bytes(), &mut to);
         to
     }
 
@@ -153,8 +150,7 @@ impl PosedPoints {
             point(node, numbers, others.by_ref().take(count as usize).collect())
         };
         let points = own.into_iter().zip(numbers).zip(counts).map(point).collect();
-        let warnings = String::from_utf8_lossy(&take::<u8>(from)).lines().map(str::to_string).collect();
-        PosedPoints { points, pairs, warnings }
+        PosedPoints { points, pairs }
     }
 }
 

@@ -206,6 +206,13 @@ impl Face {
         Some(Face { all, cell: u32::MAX, local: 0 })
     }
 
+    /// The same with other numbers of nodes.
+    pub(crate) fn renumbered(mut self, number: impl Fn(u32) -> u32) -> Self {
+        let count = self.nodes().len();
+        self.all[..count].iter_mut().for_each(|node| *node = number(*node));
+        self
+    }
+
     /// All its nodes, 3, 4, 6 or 8: the corners counter-clockwise seen from outside, then the middle of the edge from
     /// each corner to the next.
     pub fn nodes(&self) -> &[u32] {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::bolts::RankBolt;
+use super::outside::Outside;
 use super::share::{NO_AXIS, OBSTACLE, REVERSED, Share, name};
 use super::ties::{self, has_ties};
 use super::timed::{Posed, Timed};
@@ -53,6 +54,8 @@ pub(super) struct Local {
     pub bolts: Vec<RankBolt>,
     pub timed: Timed,
     pub couplings: Vec<Coupling>,
+    /// Of rank 0.
+    pub outside: Option<Outside>,
 }
 
 /// Poses what a rank has of the case.
@@ -72,6 +75,7 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         body_of_node,
         bolts,
         ties: ties::Here { tied, couplings },
+        outside,
     } = share;
     let mesh = &piece.mesh;
     let materials: Vec<Material> = case.materials.iter().map(|spec| spec.material.clone()).collect();
@@ -128,6 +132,7 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         bolts,
         timed,
         couplings,
+        outside,
     })
 }
 
@@ -154,7 +159,7 @@ impl Local {
 }
 
 /// The group of an entry of the case; none where nothing of it is here.
-fn group<'m>(mesh: &'m Mesh, kind: &str, number: usize) -> Option<&'m Group> {
+pub(super) fn group<'m>(mesh: &'m Mesh, kind: &str, number: usize) -> Option<&'m Group> {
     let group = mesh.group(&name(kind, number))?;
     let lists = [&group.nodes, &group.faces, &group.cells];
     lists.iter().any(|list| !list.is_empty()).then_some(group)

@@ -28,8 +28,9 @@ use crate::run::pose::memory::looking_fits;
 use crate::run::pose::{MemoryLimit, Prepared, Seconds, prepare_to_look_at};
 use crate::run::refine::{Indicators, Level, Levels, Sequence, SolvedLevel, other_case, solve_to_accuracy};
 use crate::run::results::{adopt_steps, discard_steps, keep_levels, kept_levels, problem_fingerprint, remove_levels};
+use crate::run::solve::passing::with_searches;
 use crate::run::solve::{AccuracyRecord, Event, Outcome, Settings, discretisation_error};
-use crate::run::whole::{Plan, Run, Stage};
+use crate::run::whole::{MOST_WIDENINGS, Plan, Run, Stage};
 use crate::solve::SolveEvent;
 
 /// What all ranks do next.
@@ -91,7 +92,26 @@ impl Team<'_, '_> {
     /// # Errors
     /// As [`Begun::solved`], and what rank 0 finds wrong with the answer; the same at every rank.
     fn solve(&mut self, level: Option<&Level>) -> Result<Option<SolvedLevel>, Error> {
-        let case = level.map_or(self.case, |level| &level.case);
+        let mut case = level.map_or(self.case, |level| &level.case).clone();
+        let mut widenings = 0;
+        loop {
+            let (solved, needed) = self.attempt(level, &case)?;
+            match with_searches(&case, &needed).filter(|_| widenings < MOST_WIDENINGS) {
+                Some(wider) => (case, widenings) = (wider, widenings + 1),
+                None => return Ok(solved),
+            }
+        }
+    }
+
+    /// The same once, with how far surfaces would have to be looked for by the number of each contact; length.
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    fn attempt(
+        &mut self,
+        level: Option<&Level>,
+        case: &Case,
+    ) -> Result<(Option<SolvedLevel>, Vec<(usize, f64)>), Error> {
         let begun = Begun::new(self.ranks);
         let share = share::of_whole(case, None, &*begun.ranks)?;
         let given = level.and_then(|level| level.start.as_deref());
@@ -112,9 +132,9 @@ impl Team<'_, '_> {
         let first = ranks.rank() == 0;
         let kept = apart.filter(|_| first && !case.steps.is_empty());
         let discard = || kept.iter().for_each(|apart| discard_level(&apart.folder));
-        let Solved { answer, seconds, energy } = solved.inspect_err(|_| discard())?;
+        let Solved { answer, seconds, energy, needed } = solved.inspect_err(|_| discard())?;
         let is_solved = answer.summary.status == Status::Solved;
-        let is_taken = is_solved || self.answer.is_none();
+        let is_taken = needed.is_empty() && (is_solved || self.answer.is_none());
         let settled = match kept.as_ref().zip(self.folder) {
             Some((apart, folder)) if is_taken => adopt_level(&apart.folder, folder),
             _ => {
@@ -129,9 +149,9 @@ impl Team<'_, '_> {
             self.answer = Some(answer);
         }
         if !first {
-            return Ok(None);
+            return Ok((None, needed));
         }
-        Ok(seen.ended(iterations, seconds, energy, memory))
+        Ok((seen.ended(iterations, seconds, energy, memory), needed))
     }
 
     /// Lets the ranks judge an answer on a mesh that rank 0 has. Where they have other points, and load steps, each of which has files of
@@ -177,12 +197,12 @@ impl Team<'_, '_> {
         let Some(mut answer) = self.answer else {
             return Err(Error::new("", "no mesh was solved", "report this to the developers with the case"));
         };
-        if relative[0] >= 0.0 {
+        let error = (relative[0] >= 0.0).then_some(relative[0]);
+        if error.is_some() {
             let of_cells = estimate.map_or(Vec::new(), Estimate::by_cell);
             answer.error = scattered(ranks, &answer.local.piece.cells, &of_cells);
-            answer.summary.discretisation_error = Some(relative[0]);
         }
-        answer.summary.accuracy = accuracy;
+        answer.summary.take_accuracy(error, accuracy);
         if let Some(outcome) = &outcome {
             answer.summary.take_seconds(&outcome.seconds);
         }
