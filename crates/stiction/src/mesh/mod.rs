@@ -38,6 +38,7 @@ pub use bisect::{Bisection, Refined, refine};
 pub use block::{Block, BlockElement, block};
 pub(crate) use buckets::Buckets;
 pub use build::build;
+pub(crate) use build::coincident_nodes;
 pub use components::bodies;
 pub use cut::{Order, cut, tetrahedra};
 pub use cuts::{Cuts, WeightedNode};

@@ -5,7 +5,7 @@ use super::outside::Outside;
 use super::solve::unknowns;
 use crate::Error;
 use crate::fem::{Load, Solid, cells_of_materials, external_forces};
-use crate::io::case::{Case, Region};
+use crate::io::case::{Case, LoadSpec, Region};
 use crate::mesh::{CellInfo, CellKind, CellShape, MeshInfo, info_with};
 use crate::ranks::{Ranks, agree, from_bytes, gather_all, max, sum, to_bytes};
 use crate::run::pose::loads::{describe, end, temperatures};
@@ -26,10 +26,10 @@ pub(super) fn facts(case: &Case, local: &Local) -> Result<Option<Facts>, Error> 
     let used = used(&solid, ranks);
     let fixes = fixes(case, local);
     let load_facts = agree(ranks, load_facts(case, local, &solid, &shapes))?;
-    let loads = all_loads(case, load_facts, ranks);
+    let volume = kinds.iter().map(|kind| kind.volume).sum();
+    let loads = all_loads(case, load_facts, volume, ranks);
     let unknowns = unknowns(local);
     let Some(outside) = &local.outside else { return Ok(None) };
-    let volume = kinds.iter().map(|kind| kind.volume).sum();
     let bodies = local.problem.labels.bodies.as_ref().map_or(1, |bodies| bodies.list.len());
     let of_outside = |(facts, of): (&FixFacts, &[f64; 4])| {
         let [count, x, y, z] = *of;
@@ -203,13 +203,15 @@ fn load_facts(case: &Case, local: &Local, solid: &Solid, shapes: &[CellShape]) -
     Ok(parts)
 }
 
-/// The loads of all ranks, on every one.
-fn all_loads(case: &Case, parts: Vec<Part>, ranks: &dyn Ranks) -> Vec<LoadFacts> {
+/// The loads of all ranks, on every one, in a body of this `volume`.
+fn all_loads(case: &Case, parts: Vec<Part>, volume: f64, ranks: &dyn Ranks) -> Vec<LoadFacts> {
     let mut sums: Vec<f64> = parts.iter().flat_map(|(sums, _)| *sums).collect();
     let mut ranges: Vec<f64> = parts.iter().flat_map(|(_, [low, high])| [-low, *high]).collect();
     sum(ranks, &mut sums);
     max(ranks, &mut ranges);
-    let fact = |((spec, [extent, x, y, z]), [low, high]): ((_, &[f64; 4]), &[f64; 2])| {
+    let fact = |((spec, [extent, x, y, z]), [low, high]): ((&LoadSpec, &[f64; 4]), &[f64; 2])| {
+        // Ranks have the cells with mass of those on which weight acts.
+        let extent = if spec.on.is_none() && !spec.kind.at_nodes() { &volume } else { extent };
         let range = (*high > f64::NEG_INFINITY).then_some([-low, *high]);
         LoadFacts { extent: *extent, range, ..describe(spec, [*x, *y, *z]) }
     };

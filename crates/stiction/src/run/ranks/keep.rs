@@ -372,7 +372,8 @@ fn fingerprint(case: &Case, local: &Local) -> u64 {
             thing(&mut [6, number as u64, cell, value.to_bits()].into_iter());
         }
     }
-    for (j, &node) in local.division.points.iter().enumerate().filter(|(_, node)| is_own(**node)) {
+    let points = (0..local.problem.points()).map(|j| (j, local.node_of(j)));
+    for (j, node) in points.filter(|(_, node)| is_own(*node)) {
         let law = local.problem.contact.friction[j].numbers().map(f64::to_bits);
         let head = [4, local.pair_of(j) as u64, global(node), local.undeformed[j].to_bits()];
         thing(&mut head.into_iter().chain(law));

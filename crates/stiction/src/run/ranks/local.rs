@@ -93,10 +93,13 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         owner: piece.owner.clone(),
         global: piece.nodes.clone(),
         supports: model.dofs.prescribed.iter().map(|&dof| dof / 3).collect(),
-        points: points.nodes().collect(),
+        points: points.labels(mesh.nodes.len()),
     };
-    let mut undeformed = points.gaps();
+    let (mut undeformed, layers) = (points.gaps(), points.layers());
     let mut problem = pose_points(mesh, &mut model, points, center, &body_of_node, bodies);
+    // A layer belongs to the rank of the node that it lies in front of; its numbers follow on those of the mesh.
+    division.owner.extend(model.dofs.layer.iter().map(|&v| piece.owner[v as usize]));
+    division.global.extend(layers.iter().map(|number| sizes[0] + number));
     let posed = match tied {
         Some(tied) => Posed::Points(tied),
         None => Posed::Supports(timed_fixes(mesh, case, &symmetry)),
@@ -152,6 +155,11 @@ pub(super) fn is_stressed(case: &Case) -> bool {
 }
 
 impl Local {
+    /// The node of the mesh that a point is at.
+    pub(super) fn node_of(&self, j: usize) -> u32 {
+        self.model.dofs.mesh_node(self.division.points[j])
+    }
+
     /// The surface of a point.
     pub(super) fn pair_of(&self, j: usize) -> usize {
         self.problem.labels.pairs.partition_point(|pair| pair.points.end <= j)

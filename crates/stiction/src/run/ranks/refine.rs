@@ -28,7 +28,7 @@ use crate::run::pose::memory::looking_fits;
 use crate::run::pose::{MemoryLimit, Prepared, Seconds, prepare_to_look_at};
 use crate::run::refine::{Indicators, Level, Levels, Sequence, SolvedLevel, other_case, solve_to_accuracy};
 use crate::run::results::{adopt_steps, discard_steps, keep_levels, kept_levels, problem_fingerprint, remove_levels};
-use crate::run::solve::passing::with_searches;
+use crate::run::solve::passing::{Searches, with_searches};
 use crate::run::solve::{AccuracyRecord, Event, Outcome, Settings, discretisation_error};
 use crate::run::whole::{MOST_WIDENINGS, Plan, Run, Stage};
 use crate::solve::SolveEvent;
@@ -53,7 +53,7 @@ pub(super) fn refined(
 ) -> Result<RankedAnswer, Error> {
     let limits = [room::limit(case, &**ranks).bytes, MemoryLimit::of(&case.solver).bytes];
     let folder = keep.map(|keep| &*keep.folder);
-    let mut team = Team { case, ranks, observer, limits, folder, answer: None };
+    let mut team = Team { case, ranks, observer, limits, folder, tell: keep.map(|keep| keep.tell), answer: None };
     if ranks.rank() > 0 {
         loop {
             let _ = match team.told(0) {
@@ -77,6 +77,7 @@ struct Team<'a, 'b> {
     limits: [Option<u64>; 2],
     /// Where load steps are kept.
     folder: Option<&'a Path>,
+    tell: Option<fn(&Stage)>,
     /// The last answer that the ranks have.
     answer: Option<RankedAnswer>,
 }
@@ -107,11 +108,7 @@ impl Team<'_, '_> {
     ///
     /// # Errors
     /// As [`Self::solve`].
-    fn attempt(
-        &mut self,
-        level: Option<&Level>,
-        case: &Case,
-    ) -> Result<(Option<SolvedLevel>, Vec<(usize, f64)>), Error> {
+    fn attempt(&mut self, level: Option<&Level>, case: &Case) -> Result<(Option<SolvedLevel>, Searches), Error> {
         let begun = Begun::new(self.ranks);
         let share = share::of_whole(case, None, &*begun.ranks)?;
         let given = level.and_then(|level| level.start.as_deref());
@@ -127,7 +124,8 @@ impl Team<'_, '_> {
             agree(ranks, whole.map_or(Ok(()), |whole| seen.add(&whole, &found.solution, t)))
         };
         let apart = self.folder.map(|folder| Keep { folder: folder.join("level"), resume: false, tell: |_| {} });
-        let how = How { start, keep: apart.as_ref(), look: Some(&mut look) };
+        let tell = self.tell.filter(|_| level.is_some_and(|level| level.number == 0));
+        let how = How { start, keep: apart.as_ref(), tell, look: Some(&mut look) };
         let solved = begun.solved((case, share), how, self.observer);
         let first = ranks.rank() == 0;
         let kept = apart.filter(|_| first && !case.steps.is_empty());
@@ -173,7 +171,7 @@ impl Team<'_, '_> {
         let iterations = take::<u64>(&mut from).first().map_or(0, |count| *count as usize);
         let start = Some(Start::Answer(WholeAnswer::take(&mut from), iterations)).filter(|_| case.steps.is_empty());
         let keep = self.folder.map(|folder| Keep { folder: folder.to_path_buf(), resume: false, tell: |_| {} });
-        let how = How { start, keep: keep.as_ref(), look: None };
+        let how = How { start, keep: keep.as_ref(), tell: None, look: None };
         self.answer = Some(begun.solved((case, share), how, self.observer)?.answer);
         Ok(())
     }
@@ -362,7 +360,7 @@ impl<'a, 'b> First<'a, 'b> {
         let (observer, keep) = (&mut *self.team.observer, self.keep);
         let mut tell = |stage: Stage| match stage {
             Stage::Event(Event::Solver(SolveEvent::Iteration(progress))) => observer(progress),
-            Stage::Note(_) => {
+            Stage::Note(_) | Stage::Posed(_, 0) => {
                 keep.into_iter().for_each(|keep| (keep.tell)(&stage));
                 ControlFlow::Continue(())
             }

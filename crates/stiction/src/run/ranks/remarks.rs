@@ -14,7 +14,7 @@ use crate::fem::Solid;
 use crate::friction::{PointState, Status};
 use crate::io::case::Case;
 use crate::ranks::{Wire, agree, broadcast, from_bytes, gather, gather_all, max, put, sum, take, to_bytes};
-use crate::run::solve::passing::{found, needed_searches};
+use crate::run::solve::passing::{Searches, found, needed_searches};
 use crate::run::solve::quantities::{
     Couple, Displaced, Extreme, Forces, Micromotion, Smallness, extremes, may_lie_apart, of_extremes, percentiles,
 };
@@ -27,8 +27,8 @@ pub(super) struct Remarks {
     pub smallness: Option<Smallness>,
     /// Of each surface.
     pub micromotions: Vec<Option<Micromotion>>,
-    /// How far the surfaces of contacts have to be looked for, by the number of the contact in the case; length.
-    pub needed: Vec<(usize, f64)>,
+    /// How far the surfaces of contacts have to be looked for.
+    pub needed: Searches,
 }
 
 impl Remarks {
@@ -171,7 +171,7 @@ pub(super) fn couples(local: &Local, answer: &Found) -> Vec<Couple> {
         problem: &local.problem,
         u: &answer.everywhere.free,
         lambda: &answer.everywhere.lambda,
-        place: &|j| local.piece.mesh.nodes[division.points[j] as usize],
+        place: &|j| local.piece.mesh.nodes[local.node_of(j) as usize],
         counts: [&|j| division.is_own(division.points[j]), &|p| division.is_own(division.supports[p])],
         sum: &|values| sum(ranks, values),
         max: &|values| max(ranks, values),

@@ -195,7 +195,7 @@ impl Whole {
         let dofs = dof_map(&mesh, &held, end(case)).map_err(|error| place::at(&case.mesh.spot, error))?;
         let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
         let moments = loaded_regions(case, &solid, &mut groups)?;
-        let (points, surfaces) = contact(case, &solid, &dofs, &held, &mut groups)?;
+        let (points, surfaces) = contact((case, numbers.is_none()), &solid, &dofs, &held, &mut groups)?;
         let kinds = surfaces.surfaces.iter().map(kind).collect();
         let contact_of = surfaces.contact_of.iter().map(|&k| k as u32).collect();
         let (bolts, bolt_facts) = bolts::of_whole(case, &solid, &dofs, &points)?;
@@ -350,7 +350,7 @@ fn fixed_regions(case: &Case, held: &[Fix], timed: &[TimedFix], groups: &mut Vec
 /// The contact points, and the kind of each surface, whose faces become groups. Which surface carries the
 /// points, and how far it looks for the other one, is a matter of whole surfaces.
 fn contact(
-    case: &Case,
+    (case, is_whole): (&Case, bool),
     solid: &Solid,
     dofs: &DofMap,
     held: &[Fix],
@@ -362,8 +362,13 @@ fn contact(
     surfaces::assign(solid, dofs, &mut surfaces);
     let of = surfaces::reverse(solid, dofs, &mut surfaces);
     for (surface, &k) in surfaces.iter().zip(&of) {
-        if matches!(&surface.against, Counterpart::Surface(master) if master.nodes.is_some()) {
-            return Err(scope::refused(&case.contacts[k].spot, "a contact of nodes without faces"));
+        // Nodes that make up no face may lie inside, which rank 0 has of a whole alone.
+        let alone = matches!(&surface.against, Counterpart::Surface(master) if master.nodes.is_some());
+        if alone && !is_whole {
+            return Err(scope::refused(
+                &case.contacts[k].spot,
+                "a contact of nodes without faces, of a mesh that rank 0 has no memory for,",
+            ));
         }
     }
     let named = |(surface, &k): (&ContactSurface, &usize)| ContactSpec {

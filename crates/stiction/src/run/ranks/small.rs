@@ -45,6 +45,10 @@ pub(super) fn by_first(
     multigrid: &mut Multigrid,
     observer: &mut Watch<Progress>,
 ) -> Result<Option<Alone>, Error> {
+    // Its answer does not tell how far interfaces have yielded.
+    if case.contacts.iter().any(|contact| contact.stiffness.is_some()) {
+        return Ok(None);
+    }
     let ranks = std::sync::Arc::clone(&local.division.ranks);
     let message = if ranks.rank() == 0 { answer(case, observer).unwrap_or_default() } else { Vec::new() };
     let message = broadcast(&*ranks, message);
@@ -143,7 +147,7 @@ pub(super) fn taken(
     let dofs = &local.model.dofs;
     let mut components = u.as_flattened().to_vec();
     dofs.to_components(&mut components);
-    let free: Vec<f64> = dofs.free.iter().map(|&dof| components[dof as usize]).collect();
+    let free: Vec<f64> = dofs.free.iter().map(|&dof| components[dofs.mesh_dof(dof) as usize]).collect();
     let certificate = certify_divided(&local.problem, &local.division, &free, &lambda, case.solver.tolerance);
     let own = multigrid.own_points();
     let solution = Solution {

@@ -37,7 +37,7 @@ use crate::run::pose::{Seconds, Span, stopwatch};
 use crate::run::results::Row;
 use crate::run::results::facts_text::problem_rows;
 use crate::run::solve::Totals;
-use crate::run::solve::passing::with_searches;
+use crate::run::solve::passing::{Searches, with_searches};
 use crate::run::solve::tractions::Traction;
 use crate::run::whole::{MOST_WIDENINGS, Stage};
 use crate::solve::multigrid_cycles;
@@ -107,7 +107,7 @@ pub fn solve_steps_on_ranks(
     loop {
         let begun = Begun::new(ranks);
         let share = share::share(&case, &*begun.ranks)?;
-        let how = How { keep: keep.as_ref(), ..How::default() };
+        let how = How { keep: keep.as_ref(), tell: keep.as_ref().map(|keep| keep.tell), ..How::default() };
         let Solved { answer, needed, .. } = begun.solved((&case, share), how, observer)?;
         match with_searches(&case, &needed).filter(|_| widenings < MOST_WIDENINGS) {
             Some(wider) => (case, widenings) = (wider, widenings + 1),
@@ -119,7 +119,7 @@ pub fn solve_steps_on_ranks(
 }
 
 /// Says that a case is solved again with contact that was found beyond where it was looked for.
-pub(super) fn tell_again(keep: Option<&Keep>, answer: &RankedAnswer, ranks: &dyn Ranks) {
+fn tell_again(keep: Option<&Keep>, answer: &RankedAnswer, ranks: &dyn Ranks) {
     if let Some(keep) = keep.filter(|_| ranks.rank() == 0) {
         let what = answer.summary.passes_through();
         (keep.tell)(&Stage::Note(&format!("\n{what}\nsolved again with contact there\n")));
@@ -142,6 +142,8 @@ pub(super) type Look<'a> = dyn FnMut(&Local, &Found, f64) -> Result<(), Error> +
 pub(super) struct How<'a> {
     pub start: Option<Start>,
     pub keep: Option<&'a Keep>,
+    /// Told at rank 0 what the case amounts to.
+    pub tell: Option<fn(&Stage)>,
     /// With it rank 0 solves nothing alone.
     pub look: Option<&'a mut Look<'a>>,
 }
@@ -152,8 +154,8 @@ pub(super) struct Solved {
     pub seconds: Seconds,
     /// `1/2 u'Ku - f'u` over all degrees of freedom of all ranks.
     pub energy: f64,
-    /// How far the surfaces of contacts have to be looked for, by the number of the contact in the case; length.
-    pub needed: Vec<(usize, f64)>,
+    /// How far the surfaces of contacts have to be looked for.
+    pub needed: Searches,
 }
 
 /// A solve under way.
@@ -176,7 +178,7 @@ impl Begun {
     pub(super) fn solved(
         self,
         (case, share): (&Case, Share),
-        How { start, keep, mut look }: How,
+        How { start, keep, tell, mut look }: How,
         observer: &mut Watch<Progress>,
     ) -> Result<Solved, Error> {
         let Begun { ranks, counted, mut lap } = self;
@@ -185,7 +187,7 @@ impl Begun {
         room::piece_fits(&share.piece.mesh, &limit, &*ranks)?;
         let mut local = agree(&*ranks, local(case, share, &ranks))?;
         room::hierarchy_fits(&local, &limit, &*ranks)?;
-        let problem = told(case, &local, keep)?;
+        let problem = told(case, &local, tell)?;
         seconds.assembly = lap();
         let (mut multigrid, own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
         seconds.setup = lap();
@@ -228,7 +230,7 @@ impl Begun {
                 }
                 Some(small::Alone::NoEquilibrium(how)) => {
                     (found.solution.status, escape) = (Status::NoEquilibrium, how);
-                    remarks = Remarks::default();
+                    remarks = Remarks { micromotions: remarks.micromotions, ..Remarks::default() };
                 }
                 None => {}
             }
@@ -280,7 +282,8 @@ impl Start {
         };
         let mut components = u.into_flattened();
         local.model.dofs.to_components(&mut components);
-        local.model.dofs.free.iter().map(|&dof| components[dof as usize]).collect()
+        let dofs = &local.model.dofs;
+        dofs.free.iter().map(|&dof| components[dofs.mesh_dof(dof) as usize]).collect()
     }
 }
 
@@ -383,10 +386,10 @@ pub(super) fn unknowns(local: &Local) -> usize {
 ///
 /// # Errors
 /// As [`facts`].
-fn told(case: &Case, local: &Local, keep: Option<&Keep>) -> Result<Vec<Row>, Error> {
+fn told(case: &Case, local: &Local, tell: Option<fn(&Stage)>) -> Result<Vec<Row>, Error> {
     let facts = facts(case, local)?;
-    if let (Some(facts), Some(keep)) = (&facts, keep) {
-        (keep.tell)(&Stage::Posed(facts, 0));
+    if let (Some(facts), Some(tell)) = (&facts, tell) {
+        tell(&Stage::Posed(facts, 0));
     }
     let rows = serde_json::to_vec(&facts.map(|facts| problem_rows(&facts))).unwrap_or_default();
     let rows = serde_json::from_slice(&broadcast(&*local.division.ranks, rows));
@@ -443,7 +446,7 @@ pub(super) fn axes(local: &Local, j: usize) -> (u32, [V3; 3]) {
             *axis = add(*axis, scale(value, dofs.direction(dof)));
         }
     }
-    (node, axes)
+    (dofs.mesh_node(node), axes)
 }
 
 fn summary(

@@ -75,13 +75,11 @@ pub fn widened(case: &Case, prepared: &Prepared, outcome: &Outcome) -> Option<Ca
     with_searches(case, &needed_searches(&outcome.overlaps, &prepared.facts.contacts, &prepared.contact_of))
 }
 
-/// How far the surfaces of contacts have to be looked for, with the number of each contact in the case; length. `contact_of` is that
-/// of each surface.
-pub(crate) fn needed_searches(
-    overlaps: &[Overlap],
-    surfaces: &[ContactFacts],
-    contact_of: &[usize],
-) -> Vec<(usize, f64)> {
+/// How far the surfaces of contacts have to be looked for, with the number of each contact in the case; length.
+pub(crate) type Searches = Vec<(usize, f64)>;
+
+/// Those that overlaps ask for; `contact_of` is the contact of each surface.
+pub(crate) fn needed_searches(overlaps: &[Overlap], surfaces: &[ContactFacts], contact_of: &[usize]) -> Searches {
     let needed = |overlap: &Overlap| {
         let (OverlapKind::BeyondSearch { search }, Some(i)) = (overlap.kind, overlap.surface) else { return None };
         let known = surfaces[i].surface.pair.as_ref().map_or(0.0, |pair| pair.search);
