@@ -1,6 +1,6 @@
 //! Interfaces that yield, and nodes that make up no face, on several ranks against the same case on one.
 
-use super::ranks::{agrees, agrees_case, case_of, on_ranks, refusal};
+use super::ranks::{agrees, agrees_case, case_of, on_ranks};
 use super::ranks_bodies::{blocks, floating};
 use super::ranks_files::{folder, passes, solved};
 use stiction::io::case::{self, Case};
@@ -45,13 +45,6 @@ fn interfaces_that_yield_go_through_load_steps_on_ranks() {
     let again = solved(&case, 3, &folder, true);
     passes(&folder);
     assert!((again.contact.normal_force / first.contact.normal_force - 1.0).abs() < 1e-9);
-}
-
-#[test]
-fn an_interface_that_yields_is_refused_where_meshes_are_refined() {
-    let text = format!("{}[accuracy]\nenergy = \"5 %\"\n", yielding(&blocks(TET4, true, "{ coulomb = 0.35 }")));
-    let error = refusal(&case_of(&text, "1e-8"), 2, None);
-    assert!(error.what.contains("[accuracy] with an interface that yields"), "{error}");
 }
 
 /// A block on another one, in a mesh file whose groups of the upper surface are of nodes alone.

@@ -37,7 +37,7 @@ pub struct Keep {
     pub folder: PathBuf,
     /// Whether to go on from the steps or meshes that are there; otherwise they are removed.
     pub resume: bool,
-    /// Called at rank 0 with remarks ([`Stage::Note`]) and finished levels ([`Stage::Level`]).
+    /// Called at rank 0 with what the case amounts to ([`Stage::Posed`]), remarks ([`Stage::Note`]) and finished levels ([`Stage::Level`]).
     pub tell: fn(&Stage),
 }
 
