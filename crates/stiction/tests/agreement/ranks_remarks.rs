@@ -113,7 +113,7 @@ fn the_case_and_its_notes_are_told_on_ranks_as_on_one() {
     let wall = "[[contact]]\nname = \"wall\"\non = [\"b.z-min\", \"b.y-min\"]\nfriction = \"none\"\n\
                 against = { plane = { point = [0, -0.001, 0], normal = [0, 1, 0] }, motion = [0, 0.0005, 0] }\n";
     let (said, _) = says_the_same(&two(0.0, &format!("{DOWN}{PAIR}{wall}")), &[2, 4]);
-    has(&said, &["share", "used by another contact", "before its obstacle moves"]);
+    has(&said, &["are fixed and carry no contact force", "look away from the obstacle", "before its obstacle moves"]);
 }
 
 #[test]
