@@ -127,29 +127,22 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
         },
         Status::Interrupted => code::INTERRUPTED,
         Status::NoEquilibrium => {
-            let escape = run::escape(&prepared.problem, outcome.solution.status);
-            let why = escape.map_or(String::new(), |escape| format!(", {}", escape.sentence()));
-            let [when, files] = match outcome.steps.last().map(|step| step.t) {
-                Some(t) => [format!(" at t = {t}"), "the files of that step hold".into()],
-                None => [String::new(), "the files hold".into()],
-            };
-            output::note(&format!("warning: there is no equilibrium{when}{why}; {files} no result\n"));
-            code::SHORT
+            ended_short(&outcome, run::escape(&prepared.problem, Status::NoEquilibrium).map(|escape| escape.sentence()))
         }
-        Status::PassesThrough => {
-            let what = run::passes_through(&prepared, &outcome).unwrap_or_default();
-            output::note(&format!("warning: {what}; the files hold bodies that pass through each other\n"));
-            code::SHORT
-        }
+        Status::PassesThrough => ended_short(&outcome, run::passes_through(&prepared, &outcome)),
         Status::MaxIterations | Status::Stalled | Status::Uncertified => {
-            let why = run::limit_load(&prepared, &outcome).map_or(String::new(), |why| format!("{why}; "));
-            output::note(&format!(
-                "warning: the tolerance was not reached; {why}the files hold the last step and a certificate that says so\n",
-            ));
-            code::SHORT
+            ended_short(&outcome, run::limit_load(&prepared, &outcome))
         }
     };
     unlisted.map_or(Ok(code), Err)
+}
+
+/// Says why there is no answer, and returns the exit code.
+fn ended_short(outcome: &Outcome, why: Option<String>) -> u8 {
+    let t = outcome.steps.last().map(|step| step.t);
+    let said = run::ended_short(outcome.solution.status, t, &why.unwrap_or_default());
+    said.iter().for_each(|what| output::note(&format!("warning: {what}\n")));
+    code::SHORT
 }
 
 /// Whether a file is a deck by the ending of its name.

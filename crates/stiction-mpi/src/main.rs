@@ -13,6 +13,7 @@ use mpi::Mpi;
 use stiction::friction::Status;
 use stiction::io::case;
 use stiction::io::lock::Lock;
+use stiction::io::text::plain;
 use stiction::ranks::{Ranks, agree};
 use stiction::run::{Keep, Stage, level_line, solve_steps_on_ranks, write_on_ranks};
 use stiction::{Error, Progress};
@@ -126,7 +127,8 @@ fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
     };
     let tell: fn(&Stage) = |stage| match stage {
         Stage::Level(level) => println!("{}", level_line(level)),
-        Stage::Note(what) => eprintln!("note: {what}"),
+        Stage::Posed(facts, _) => print!("{}", plain(&facts.to_string())),
+        Stage::Note(what) => println!("{}", plain(what)),
         Stage::Warning(what) => eprintln!("warning: {what}"),
         _ => {}
     };
@@ -134,8 +136,9 @@ fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
     let answer = solve_steps_on_ranks(&case, ranks, Some(&keep), &mut observer)?;
     let files = write_on_ranks(&answer, &folder, &**ranks)?;
     if first {
-        print!("{}\n{}", case.title, answer.summary);
+        print!("\n{}", plain(&answer.summary.to_string()));
         println!("  files        {} in {}", files.join(", "), folder.display());
+        answer.summary.ended_short().iter().for_each(|what| eprintln!("warning: {}", plain(what)));
     }
     let missed = answer.summary.accuracy.as_ref().filter(|accuracy| !accuracy.reached);
     if let Some(accuracy) = missed.filter(|_| first) {

@@ -1,5 +1,7 @@
 //! How loads that contact cannot balance carry a body away: what a person needs to see why, and to mend it.
 
+use serde::{Deserialize, Serialize};
+
 use super::equilibrium::{Slide, in_words, moving, name, velocity, with};
 use super::rigid::RigidMotions;
 use super::{ContactProblem, Friction};
@@ -9,14 +11,14 @@ use crate::linalg::max_abs;
 use crate::mesh::v3::{V3, add, dot, norm, scale, sub};
 
 /// What is to be said of a problem without equilibrium.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Escape {
     /// Which body moves, and how: `body "post": translation along z`.
     pub motion: String,
     /// What its contact points do in this motion, and the forces: sentences without full stops.
     pub facts: Vec<String>,
     /// What can be done about it.
-    pub remedy: &'static str,
+    pub remedy: String,
 }
 
 impl Escape {
@@ -45,7 +47,7 @@ const FLAT: f64 = 1e-6;
 pub fn escape(problem: &ContactProblem, motions: &RigidMotions, slide: &Slide) -> Escape {
     let bodies = moving(motions, &slide.alpha);
     let Some(&first) = bodies.first() else {
-        return Escape { motion: in_words(problem, motions, &slide.alpha), facts: Vec::new(), remedy: "" };
+        return Escape { motion: in_words(problem, motions, &slide.alpha), facts: Vec::new(), remedy: String::new() };
     };
     let points = touching(problem, motions, first);
     let opening = opening(problem, motions, slide, &points);
@@ -70,7 +72,7 @@ pub fn escape(problem: &ContactProblem, motions: &RigidMotions, slide: &Slide) -
         }
         _ => in_words(problem, motions, &slide.alpha),
     };
-    Escape { motion, facts, remedy: remedy(kind) }
+    Escape { motion, facts, remedy: remedy(kind).into() }
 }
 
 fn did(kind: Kind, opening: usize, all: usize) -> String {

@@ -1,11 +1,11 @@
 //! The contact points of a whole mesh, for problems on pieces of it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 use super::points::Point;
 use super::rows::all_points;
-use super::{ContactSurface, Friction, Pair, SurfaceFacts};
+use super::{ContactSurface, Friction, InterfaceStiffness, Pair, SurfaceFacts};
 use crate::Error;
 use crate::fem::DofMap;
 use crate::mesh::Mesh;
@@ -15,16 +15,16 @@ use crate::ranks::{put, take};
 pub(crate) struct PosedPoints {
     pub(super) points: Vec<Point>,
     pub(super) pairs: Vec<Pair>,
-    /// What is probably not what was meant.
-    pub(crate) warnings: Vec<String>,
+    /// The number of each point in the whole.
+    numbers: Vec<u64>,
 }
 
 /// Points between more bodies than so many are not followed: middles of edges are measured from their ends, and these from another
 /// body.
 const LONGEST_CHAIN: usize = 8;
 
-/// A node and its numbers: gap, area, orthotropy, partition of unity, frame, normal, the law.
-type Numbers = [f64; 20];
+/// A node and its numbers: gap, area, orthotropy, partition of unity, frame, normal, the law, the stiffness (0 of hard contact).
+type Numbers = [f64; 22];
 
 impl PosedPoints {
     /// The points of these surfaces on a mesh whose prescribed displacements are those of `dofs`; of the mesh nodes and faces
@@ -44,12 +44,27 @@ impl PosedPoints {
             Pair { name: facts.name.clone(), points: first - facts.points..first }
         };
         let pairs = facts.iter().map(pair).collect();
-        Ok((PosedPoints { points, pairs, warnings: Vec::new() }, facts))
+        let numbers = (0..points.len() as u64).collect();
+        Ok((PosedPoints { points, pairs, numbers }, facts))
     }
 
     /// The node of each point.
     pub(crate) fn nodes(&self) -> impl Iterator<Item = u32> {
         self.points.iter().map(|point| point.node)
+    }
+
+    /// For each point the label of the node at which its rows of `B` begin: its own, or where the interface yields that of a layer, whose
+    /// labels follow on `first`.
+    pub(crate) fn labels(&self, first: usize) -> Vec<u32> {
+        let mut layers = first as u32..;
+        let label = |point: &Point| point.stiffness.and_then(|_| layers.next()).unwrap_or(point.node);
+        self.points.iter().map(label).collect()
+    }
+
+    /// The numbers of the points that have a layer among all in the whole.
+    pub(crate) fn layers(&self) -> Vec<u64> {
+        let yields = self.points.iter().zip(&self.numbers).filter(|(point, _)| point.stiffness.is_some());
+        yields.map(|(_, number)| *number).collect()
     }
 
     /// The gap of each point before anything is prescribed, length.
@@ -59,9 +74,15 @@ impl PosedPoints {
 
     /// The node of each point whose jump is measured from other nodes, and then these.
     pub(crate) fn links(&self) -> Vec<Vec<u32>> {
+        // The row of `K` of a node with a layer has the springs of the layer, and is complete where the point there is known.
+        let with_layer = self.points.iter().filter(|point| point.stiffness.is_some()).map(|point| (point.node, point));
+        let with_layer: HashMap<u32, &Point> = with_layer.collect();
+        let beyond = |node: u32| with_layer.get(&node).into_iter().flat_map(|point| point.others.iter().map(|it| it.0));
         let linked = self.points.iter().filter(|point| !point.others.is_empty());
-        let nodes =
-            |point: &Point| std::iter::once(point.node).chain(point.others.iter().map(|other| other.0)).collect();
+        let nodes = |point: &Point| {
+            let others = || point.others.iter().map(|other| other.0);
+            std::iter::once(point.node).chain(others()).chain(others().flat_map(beyond)).collect()
+        };
         linked.map(nodes).collect()
     }
 
@@ -108,10 +129,12 @@ impl PosedPoints {
         };
         let (mut own, mut numbers): (Vec<u32>, Vec<Numbers>) = Default::default();
         let (mut counts, mut others, mut weights): (Vec<u32>, Vec<u32>, Vec<f64>) = Default::default();
-        let (mut names, mut ends) = (Vec::new(), Vec::new());
+        let (mut names, mut ends, mut whole) = (Vec::new(), Vec::new(), Vec::new());
         for pair in &self.pairs {
-            for point in &self.points[pair.points.clone()] {
+            for j in pair.points.clone() {
+                let point = &self.points[j];
                 let Some((node, of)) = here(point) else { continue };
+                whole.push(self.numbers[j]);
                 own.push(node);
                 numbers.push(of_point(point));
                 counts.push(of.len() as u32);
@@ -129,7 +152,7 @@ impl PosedPoints {
         put(&counts, &mut to);
         put(&others, &mut to);
         put(&weights, &mut to);
-        put(self.warnings.join("\n").as_bytes(), &mut to);
+        put(&whole, &mut to);
         to
     }
 
@@ -153,16 +176,16 @@ impl PosedPoints {
             point(node, numbers, others.by_ref().take(count as usize).collect())
         };
         let points = own.into_iter().zip(numbers).zip(counts).map(point).collect();
-        let warnings = String::from_utf8_lossy(&take::<u8>(from)).lines().map(str::to_string).collect();
-        PosedPoints { points, pairs, warnings }
+        PosedPoints { points, pairs, numbers: take(from) }
     }
 }
 
 fn of_point(point: &Point) -> Numbers {
-    let Point { gap, area, friction, orthotropy, frame, normal, unity_sum, .. } = point;
+    let Point { gap, area, friction, orthotropy, frame, normal, unity_sum, stiffness, .. } = point;
     let law = friction.numbers();
-    let mut numbers = [0.0; 20];
-    let all = [&[*gap, *area, *orthotropy, *unity_sum][..], frame.as_flattened(), normal, &law[..]].concat();
+    let yields = stiffness.map_or([0.0; 2], |of| [of.normal, of.tangential]);
+    let mut numbers = [0.0; 22];
+    let all = [&[*gap, *area, *orthotropy, *unity_sum][..], frame.as_flattened(), normal, &law[..], &yields].concat();
     numbers.copy_from_slice(&all);
     numbers
 }
@@ -172,7 +195,9 @@ fn point(node: u32, numbers: Numbers, others: Vec<(u32, f64)>) -> Point {
     let row = |k: usize| [rest[k], rest[k + 1], rest[k + 2]];
     let friction = Friction::of_numbers([rest[12], rest[13], rest[14], rest[15]]);
     let (frame, normal) = ([row(0), row(3), row(6)], row(9));
-    // Ranks have no cyclic symmetry and no interfaces that yield.
-    let (across, stiffness, layer) = (Vec::new(), None, None);
+    let [normal_stiffness, tangential] = [rest[16], rest[17]];
+    let stiffness = (normal_stiffness > 0.0).then_some(InterfaceStiffness { normal: normal_stiffness, tangential });
+    // Ranks have no cyclic symmetry.
+    let (across, layer) = (Vec::new(), None);
     Point { node, gap, area, friction, orthotropy, frame, normal, others, across, unity_sum, stiffness, layer }
 }

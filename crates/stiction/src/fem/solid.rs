@@ -92,10 +92,9 @@ pub(super) fn all_exist(what: &str, named: &[u32], count: usize) -> Result<(), E
     Err(Error::new("", missing, format!("name {what}s of the mesh")))
 }
 
-/// What a person should know about the elements and did not ask: which material is integrated by B-bar, where
-/// linear tetrahedra lock. Materials no cell uses are not mentioned.
-pub fn notes(solid: &Solid) -> Vec<String> {
-    let mut used = vec![[false; 3]; solid.materials.len()]; // by linear tetrahedra, linear hexahedra and wedges, quadratic cells
+/// By which cells each material is used: linear tetrahedra, linear hexahedra and wedges, quadratic cells.
+pub(crate) fn cells_of_materials(solid: &Solid) -> Vec<[bool; 3]> {
+    let mut used = vec![[false; 3]; solid.materials.len()];
     let kinds = solid.mesh.cells.iter().flat_map(|block| std::iter::repeat_n(block.kind, block.len()));
     for (kind, &m) in kinds.zip(solid.material_of_cell) {
         if let Some(used) = used.get_mut(m as usize) {
@@ -107,8 +106,14 @@ pub fn notes(solid: &Solid) -> Vec<String> {
             used[place] = true;
         }
     }
+    used
+}
+
+/// What a person should know about the elements and did not ask: which material is integrated by B-bar, where
+/// linear tetrahedra lock. Materials no cell uses are not mentioned; `used` is that of [`cells_of_materials`].
+pub(crate) fn notes(materials: &[Material], used: &[[bool; 3]]) -> Vec<String> {
     let mut notes = Vec::new();
-    for (material, [tets, hexes, quadratic]) in solid.materials.iter().zip(used) {
+    for (material, &[tets, hexes, quadratic]) in materials.iter().zip(used) {
         let (name, nu) = (&material.name, material.poisson);
         if material.orthotropic.is_some() {
             continue;

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::face_table::FaceTable;
 use super::notes::SHOWN;
+use super::v3::V3;
 use super::{Bounds, CellKind, Cells, Face, Mesh, MeshNote, MeshNotes, RawMesh, arrays, ascending, check, groups};
 use crate::Error;
 
@@ -35,7 +36,7 @@ pub fn build(mut raw: RawMesh) -> Result<(Mesh, MeshNotes), Error> {
     let (table, seen) = FaceTable::new(&raw);
     check::neighbours(&raw, &seen)?;
     let faces: Vec<Face> = seen.boundary.iter().map(|&face| table.face(face)).collect();
-    note_coincident(&raw, &faces, &mut notes);
+    notes.extend(coincident_nodes(&raw.nodes, &faces, &|node| raw.node_id(node)));
     note_unjoined(&raw, &table, &faces, &mut notes);
 
     arrays::match_faces(&mut raw_arrays, &array_faces, &former, &table, &seen.boundary);
@@ -108,14 +109,12 @@ fn drop_orphans(raw: &mut RawMesh, notes: &mut Vec<MeshNote>) -> Former {
     former
 }
 
-/// Notes nodes of the boundary that lie at the same place without being joined.
-fn note_coincident(raw: &RawMesh, faces: &[Face], notes: &mut Vec<MeshNote>) {
+/// Notes nodes of the boundary that lie at the same place without being joined, by their `number` in the file.
+pub(crate) fn coincident_nodes(nodes: &[V3], faces: &[Face], number: &dyn Fn(usize) -> u64) -> Option<MeshNote> {
     let on_boundary = ascending(faces.iter().flat_map(Face::nodes).copied());
-    let distance = COINCIDENT * Bounds::around(on_boundary.iter().map(|&n| raw.nodes[n as usize])).diagonal();
-    if let (pairs, Some(first)) = check::coincident(&raw.nodes, &on_boundary, distance) {
-        let first = first.map(|n| raw.node_id(n as usize));
-        notes.push(MeshNote::CoincidentNodes { pairs, distance, first });
-    }
+    let distance = COINCIDENT * Bounds::around(on_boundary.iter().map(|&n| nodes[n as usize])).diagonal();
+    let (pairs, first) = check::coincident(nodes, &on_boundary, distance);
+    first.map(|first| MeshNote::CoincidentNodes { pairs, distance, first: first.map(|n| number(n as usize)) })
 }
 
 /// Notes quadrilaterals whose corners also carry triangles: both are boundary though they touch.

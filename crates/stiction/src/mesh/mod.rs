@@ -38,6 +38,7 @@ pub use bisect::{Bisection, Refined, refine};
 pub use block::{Block, BlockElement, block};
 pub(crate) use buckets::Buckets;
 pub use build::build;
+pub(crate) use build::coincident_nodes;
 pub use components::bodies;
 pub use cut::{Order, cut, tetrahedra};
 pub use cuts::{Cuts, WeightedNode};
@@ -204,6 +205,13 @@ impl Face {
         let mut all = [u32::MAX; shape::FACE_NODES];
         all.get_mut(..nodes.len()).filter(|_| [3, 4, 6, 8].contains(&nodes.len()))?.copy_from_slice(nodes);
         Some(Face { all, cell: u32::MAX, local: 0 })
+    }
+
+    /// The same with other numbers of nodes.
+    pub(crate) fn renumbered(mut self, number: impl Fn(u32) -> u32) -> Self {
+        let count = self.nodes().len();
+        self.all[..count].iter_mut().for_each(|node| *node = number(*node));
+        self
     }
 
     /// All its nodes, 3, 4, 6 or 8: the corners counter-clockwise seen from outside, then the middle of the edge from

@@ -25,9 +25,9 @@ pub use ranks::{
 pub use refine::{Indicators, Level, Levels, Sequence, SolvedLevel, solve_to_accuracy};
 pub use results::{
     Ahead, BodyFields, Checked, CheckedStep, FORMAT, FrettingRecord, Origin, REPORT, Report, Row, SUMS, Side,
-    StepFiles, Summary, SurfaceFields, Versions, begin_steps, body_fields, keep_step, level_line, limit_load,
-    passes_through, phase_name, report, solve_writing, summary, surface_fields, uniqueness, widened_before, writable,
-    write, write_with,
+    StepFiles, Summary, SurfaceFields, Versions, begin_steps, body_fields, ended_short, keep_step, level_line,
+    limit_load, passes_through, phase_name, report, solve_writing, summary, surface_fields, uniqueness, widened_before,
+    writable, write, write_with,
 };
 #[cfg(feature = "report")]
 pub use results::{write_report, write_report_on};

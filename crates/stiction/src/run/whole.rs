@@ -52,7 +52,7 @@ pub enum Stage<'a> {
 pub type Teller<'t> = dyn FnMut(Stage) -> ControlFlow<()> + 't;
 
 /// Contact where none was looked for moves bodies elsewhere, where they may meet again; so often at most.
-const MOST_WIDENINGS: usize = 5;
+pub(super) const MOST_WIDENINGS: usize = 5;
 
 /// Solves a case: all its load steps, on ever finer meshes if it has goals of accuracy, again where contact turns up that was not
 /// looked for. With `proven` the error of the answer is bounded. `posed` is the case posed already. The rest of the files is written by [`write_with`](super::write_with).

@@ -37,7 +37,10 @@ fn what_ranks_cannot_do_is_refused_by_name_at_its_place() {
         (floor("[solver]\npath = \"dense\"\n"), "path than multigrid"),
         (floor("[solver]\nmethod = \"msa1\"\n"), "method"),
         (BODY.to_string(), "without contact"),
-        (format!("{BODY}{FLOOR}friction = \"none\"\nstiffness = {{ normal = 1e12 }}\n"), "interface that yields"),
+        (
+            floor("stiffness = { normal = 1e12 }\n[accuracy]\nenergy = \"10%\"\n"),
+            "[accuracy] with an interface that yields",
+        ),
         (format!("{BODY}{FLOOR}friction = \"none\"\nwear = 1e-9\n{STEPS}"), "wear"),
     ];
     for (text, what) in cases {

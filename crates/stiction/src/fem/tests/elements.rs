@@ -143,7 +143,8 @@ fn notes_say_where_tetrahedra_lock_and_b_bar_is_chosen() {
     let notes_of = |kind, poisson| {
         let mesh = brick(kind, [1, 1, 1], [1.0; 3]);
         let materials = [material(1.0, poisson)];
-        notes(&Solid { mesh: &mesh, materials: &materials, material_of_cell: &vec![0; mesh.cell_count()] })
+        let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &vec![0; mesh.cell_count()] };
+        notes(&materials, &cells_of_materials(&solid))
     };
     assert!(notes_of(CellKind::Tet4, 0.3).is_empty() && notes_of(CellKind::Hex8, 0.3).is_empty());
     assert!(notes_of(CellKind::Tet4, 0.49)[0].contains("lock"));

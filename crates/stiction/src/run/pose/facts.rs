@@ -1,6 +1,9 @@
 //! What is known before anything is solved: shown to the user, who may see at once that a sign or a unit is wrong.
 
-use crate::contact::{Counterpart, InterfaceStiffness, SurfaceFacts, SurfaceFriction};
+use super::surfaces::names;
+use crate::contact::{ContactSurface, Counterpart, InterfaceStiffness, SurfaceFacts, SurfaceFriction};
+use crate::fem::Material;
+use crate::io::case::ContactSpec;
 use crate::mesh::MeshInfo;
 
 /// What a case amounts to on its mesh; `Display` says it in plain words.
@@ -59,6 +62,21 @@ pub struct MaterialFacts {
     pub cells: usize,
     /// Their volume, length cubed.
     pub volume: f64,
+}
+
+impl MaterialFacts {
+    /// Of a material of which no cell is known yet.
+    pub(crate) fn of(material: &Material) -> Self {
+        let Material { name, young, poisson, density, .. } = material.clone();
+        let orthotropic = material.orthotropic.as_ref().map(|it| [it.young, it.poisson, it.shear]);
+        MaterialFacts { name, young, poisson, orthotropic, density, cells: 0, volume: 0.0 }
+    }
+
+    /// Counts cells of this volume.
+    pub(crate) fn add(&mut self, cells: usize, volume: f64) {
+        self.cells += cells;
+        self.volume += volume;
+    }
 }
 
 /// Prescribed displacements.
@@ -162,6 +180,14 @@ pub struct ContactFacts {
     pub stiffness: Option<InterfaceStiffness>,
     /// Archard's coefficient of wear, 1/stress.
     pub wear: Option<f64>,
+}
+
+impl ContactFacts {
+    /// What was `found` on a surface of this contact of the case.
+    pub(crate) fn new(found: SurfaceFacts, surface: &ContactSurface, spec: &ContactSpec) -> Self {
+        let (against, names, friction) = (surface.against.clone(), names(spec), surface.friction.clone());
+        ContactFacts { surface: found, against, names, friction, stiffness: surface.stiffness, wear: spec.wear }
+    }
 }
 
 impl Facts {

@@ -361,7 +361,7 @@ pub(crate) fn one_temperature_each<'a>(
 }
 
 /// The lowest and the highest temperature at the nodes of the heated cells.
-fn temperatures(solid: &Solid, load: &Load, t: f64) -> Option<[f64; 2]> {
+pub(crate) fn temperatures(solid: &Solid, load: &Load, t: f64) -> Option<[f64; 2]> {
     let Load::Temperature { cells, value } = load else { return None };
     let mut heated = vec![false; solid.mesh.cell_count()];
     cells.iter().for_each(|&cell| heated[cell as usize] = true);
@@ -378,7 +378,7 @@ fn temperatures(solid: &Solid, load: &Load, t: f64) -> Option<[f64; 2]> {
     Some(all.map(at).fold([f64::INFINITY, f64::NEG_INFINITY], range))
 }
 
-fn describe(spec: &LoadSpec, resultant: [f64; 3]) -> LoadFacts {
+pub(crate) fn describe(spec: &LoadSpec, resultant: [f64; 3]) -> LoadFacts {
     let kind = match spec.kind {
         LoadKind::Traction(_) => "traction",
         LoadKind::Pressure(_) => "pressure",

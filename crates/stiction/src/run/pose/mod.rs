@@ -38,6 +38,6 @@ pub use memory::MemoryLimit;
 pub(super) use mesh::mesh as made_mesh;
 pub use mesh::read_mesh;
 pub use prepare::{Prepared, prepare};
-pub(super) use prepare::{planned, prepare_to_look_at, refuse_loss_without_steps};
+pub(super) use prepare::{coupling_facts, planned, prepare_to_look_at, refuse_loss_without_steps};
 pub(super) use seconds::stopwatch;
 pub use seconds::{Seconds, Span};

@@ -1,8 +1,15 @@
 //! What a person should know of a posed contact and did not ask.
 
 use super::facts::ContactFacts;
-use crate::contact::{Counterpart, InitialGap, Obstacle, PairFacts, Role, Side, SurfaceFacts, SurfaceFriction};
-use crate::io::text::number;
+use super::surfaces::shared;
+use super::travel::travel_rounding;
+use crate::contact::{
+    ContactSurface, Counterpart, InitialGap, Obstacle, PairFacts, Role, Side, SurfaceFacts, SurfaceFriction,
+};
+use crate::fem::{Material, notes};
+use crate::io::case::{Case, ContactSpec};
+use crate::io::text::{number, triple};
+use crate::mesh::MeshNotes;
 
 /// What helps where several contacts want the same nodes.
 pub(crate) const SEVERAL_CONTACTS: &str =
@@ -10,8 +17,60 @@ pub(crate) const SEVERAL_CONTACTS: &str =
 /// A contact that loses more than one of so many of the nodes that touch is told.
 const LEAST_OF_TAKEN: usize = 3;
 
+/// What notes are made of.
+pub(crate) struct Noted<'a> {
+    pub mesh: &'a MeshNotes,
+    pub materials: &'a [Material],
+    /// The cells of each, as of [`cells_of_materials`](crate::fem::cells_of_materials).
+    pub used: Vec<[bool; 3]>,
+    pub contacts: &'a [ContactFacts],
+    pub surfaces: &'a [ContactSurface],
+    /// The contact of the case that each surface is of, by the name of the surface.
+    pub specs: &'a [ContactSpec],
+    /// What the motions of supports have in common, length.
+    pub travel: [f64; 3],
+    /// Contacts whose `search` a solve has found too short, and what it is instead; length.
+    pub widened: &'a [(String, f64)],
+    pub case: &'a Case,
+}
+
+impl Noted<'_> {
+    /// What a person should know of the posed case and did not ask, one sentence each.
+    pub(crate) fn sentences(&self) -> Vec<String> {
+        let mut all: Vec<String> = self.mesh.0.iter().map(ToString::to_string).collect();
+        all.extend(notes(self.materials, &self.used));
+        all.extend(self.contacts.iter().flat_map(ContactFacts::notes));
+        for (a, b, count) in shared(self.surfaces) {
+            all.push(format!("contacts \"{a}\" and \"{b}\" share {count} faces: check that both are meant"));
+        }
+        let moving = self.specs.iter().filter(|contact| contact.motion.is_some());
+        all.extend(
+            moving.map(|contact| format!("contact \"{}\": the gap above is before its obstacle moves", contact.name)),
+        );
+        for contact in self.specs {
+            if let Some(step) = contact.bonded_until.and_then(|step| self.case.steps.get(step)) {
+                let what = format!("bonded until the step {:?} ends, then as above", step.name);
+                all.push(format!("contact \"{}\": {what}", contact.name));
+            }
+        }
+        if self.travel != [0.0; 3] {
+            all.push(format!(
+                "the supports travel together by {}: solved in a frame that travels with them, gaps and slips are known to {} only",
+                triple(self.travel),
+                number(travel_rounding(self.travel))
+            ));
+        }
+        all.extend(self.widened.iter().map(|(name, search)| {
+            let what = "the surfaces meet farther apart than they were looked for";
+            format!("contact \"{name}\": {what}; `search` is {} now", number(*search))
+        }));
+        all.extend(self.case.notes.iter().cloned());
+        all
+    }
+}
+
 /// Says that other contacts use many nodes of a surface.
-pub(crate) fn much_taken(s: &SurfaceFacts, of: &str) -> Option<String> {
+fn much_taken(s: &SurfaceFacts, of: &str) -> Option<String> {
     let [stay, taken] = s.near;
     (taken * LEAST_OF_TAKEN > stay + taken).then(|| {
         let what = format!("other contacts use {taken} of the {} nodes{of} that touch", stay + taken);

@@ -12,18 +12,18 @@ use super::facts::{ContactFacts, CouplingFacts, CyclicFacts, Facts, MaterialFact
 use super::load_state::{Loading, apply, load_state};
 use super::loads::{Fixes, end, fixes, held_by_contact, loads, one_temperature, springs};
 use super::memory::{MemoryLimit, is_of_memory};
+use super::notes::Noted;
 use super::path::multigrid_first;
 use super::seconds::{Span, stopwatch};
 use super::ties::{Ties, held_along_normal, ties_of_equations, ties_of_supports};
-use super::travel::{travel, travel_rounding};
+use super::travel::travel;
 use super::{coefficients, counts, materials, mesh, place, regions, surfaces};
 use crate::Error;
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, ContactSurface, Counterpart, SurfaceFacts, SurfaceFriction, pose};
-use crate::fem::{Entries, FeModel, Material, Solid, add_springs, assemble_part, notes};
+use crate::fem::{Entries, FeModel, Material, Solid, add_springs, assemble_part, cells_of_materials};
 use crate::io::case::{Case, ContactSpec, CouplingSpec, CyclicSpec, Spot, StepSpec};
-use crate::io::text::{number, triple};
-use crate::mesh::{Bounds, CellShape, Mesh, MeshNotes, info_with};
+use crate::mesh::{Bounds, Mesh, info_with};
 
 /// A case on its mesh, ready to be solved.
 #[derive(Debug, Clone)]
@@ -136,11 +136,8 @@ fn posed(case: &Case, entries: Entries) -> Result<Prepared, Error> {
     activity.take_out(held_along_normal(&mesh, &model.dofs, &problem, &on_obstacles, &timed));
     let ties = Ties::new(&model.dofs, ties, &mut problem, &mut activity)?;
     problem.validate()?;
-    let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
-        let (against, names, friction) = (s.against.clone(), surfaces::names(spec), s.friction.clone());
-        ContactFacts { surface, against, names, friction, stiffness: s.stiffness, wear: spec.wear }
-    });
-    let contacts: Vec<ContactFacts> = contacts.collect();
+    let found = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts);
+    let contacts: Vec<ContactFacts> = found.map(|((facts, s), spec)| ContactFacts::new(facts, s, spec)).collect();
     let motions = match entries {
         Entries::All => held_by_contact(&mesh, &model.dofs, &problem, case, &contacts)?,
         Entries::Diagonal => RigidMotions::default(),
@@ -156,43 +153,32 @@ fn posed(case: &Case, entries: Entries) -> Result<Prepared, Error> {
         ..Loading::new(case, loads, fixes).on(&problem)
     };
 
-    let mut notes = all_notes(&solid, &mesh_notes, &contacts, &surfaces);
-    let moving = case.contacts.iter().filter(|contact| contact.motion.is_some());
-    notes.extend(
-        moving.map(|contact| format!("contact \"{}\": the gap above is before its obstacle moves", contact.name)),
-    );
-    for contact in &case.contacts {
-        if let Some(step) = contact.bonded_until.and_then(|step| case.steps.get(step)) {
-            notes.push(format!(
-                "contact \"{}\": bonded until the step {:?} ends, then as above",
-                contact.name, step.name
-            ));
-        }
-    }
     let travel = travel(&mesh, &model, &model.dofs);
-    if travel != [0.0; 3] {
-        notes.push(format!(
-            "the supports travel together by {}: solved in a frame that travels with them, gaps and slips are known to {} only",
-            triple(travel),
-            number(travel_rounding(travel))
-        ));
-    }
-    notes.extend(widened.iter().map(|(name, search)| {
-        let what = "the surfaces meet farther apart than they were looked for";
-        format!("contact \"{name}\": {what}; `search` is {} now", number(*search))
-    }));
-    notes.extend(case.notes.iter().cloned());
+    let noted = Noted {
+        mesh: &mesh_notes,
+        materials: &materials,
+        used: cells_of_materials(&solid),
+        contacts: &contacts,
+        surfaces: &surfaces,
+        specs: &case.contacts,
+        travel,
+        widened: &widened,
+        case,
+    };
+    let notes = noted.sentences();
+    let mut made_of: Vec<MaterialFacts> = materials.iter().map(MaterialFacts::of).collect();
+    shapes.iter().zip(&material_of_cell).for_each(|(shape, &number)| made_of[number as usize].add(1, shape.volume));
     let facts = Facts {
         title: case.title.clone(),
         units: case.units.clone(),
         mesh: info_with(&mesh, &shapes, problem.labels.bodies.as_ref().map_or(1, |bodies| bodies.list.len())),
-        materials: material_facts(&solid, &shapes),
+        materials: made_of,
         fixes: fix_facts,
         springs: spring_facts,
         loads: load_facts,
         bolts: bolt_facts,
         cyclic: cyclic_facts(&mesh, case)?,
-        couplings: coupling_facts(&mesh, case, &loading)?,
+        couplings: coupling_facts(&mesh, case, &loading.couplings)?,
         warnings: contacts.iter().filter_map(ContactFacts::warning).collect(),
         contacts,
         steps: case.steps.last().map(|last| (case.steps.iter().map(|step| step.increments).sum(), last.until)),
@@ -277,14 +263,14 @@ impl Prepared {
     }
 }
 
-fn coupling_facts(mesh: &Mesh, case: &Case, loading: &Loading) -> Result<Vec<CouplingFacts>, Error> {
+pub(crate) fn coupling_facts(mesh: &Mesh, case: &Case, couplings: &[Coupling]) -> Result<Vec<CouplingFacts>, Error> {
     let facts = |(spec, coupling): (&CouplingSpec, &Coupling)| {
         let nodes = regions::nodes(mesh, &spec.on, &spec.spot)?.len();
         let (name, on, point) = (spec.name.clone(), regions::name(&spec.on), spec.point);
         let [x, y, z, ..] = coupling.load(end(case))?;
         Ok(CouplingFacts { name, on, nodes, point, distributing: spec.distributing, force: [x, y, z] })
     };
-    case.couplings.iter().zip(&loading.couplings).map(facts).collect()
+    case.couplings.iter().zip(couplings).map(facts).collect()
 }
 
 /// Contact points that press on obstacles at rest, with their nodes. Bonded ones keep their place when a support ends, and those of
@@ -331,33 +317,4 @@ fn at_contact(case: &Case, error: Error) -> Error {
         Some(contact) => place::at(&contact.spot, error),
         None => error,
     }
-}
-
-fn all_notes(
-    solid: &Solid,
-    mesh_notes: &MeshNotes,
-    contacts: &[ContactFacts],
-    surfaces: &[ContactSurface],
-) -> Vec<String> {
-    let mut all: Vec<String> = mesh_notes.0.iter().map(ToString::to_string).collect();
-    all.extend(notes(solid));
-    all.extend(contacts.iter().flat_map(ContactFacts::notes));
-    for (a, b, count) in surfaces::shared(surfaces) {
-        all.push(format!("contacts \"{a}\" and \"{b}\" share {count} faces: check that both are meant"));
-    }
-    all
-}
-
-fn material_facts(solid: &Solid, shapes: &[CellShape]) -> Vec<MaterialFacts> {
-    let mut made_of = vec![(0, 0.0); solid.materials.len()];
-    for (shape, &number) in shapes.iter().zip(solid.material_of_cell) {
-        let (count, sum) = &mut made_of[number as usize];
-        (*count, *sum) = (*count + 1, *sum + shape.volume);
-    }
-    let fact = |(m, (count, volume)): (&Material, (usize, f64))| {
-        let Material { name, young, poisson, density, .. } = m.clone();
-        let orthotropic = m.orthotropic.as_ref().map(|it| [it.young, it.poisson, it.shear]);
-        MaterialFacts { name, young, poisson, orthotropic, density, cells: count, volume }
-    };
-    solid.materials.iter().zip(made_of).map(fact).collect()
 }

@@ -8,6 +8,7 @@ use crate::friction::{Multigrid, SoughtForce};
 use crate::io::case::{BoltSpec, Case};
 use crate::mesh::MeshPiece;
 use crate::ranks::{max, put, sum, take};
+use crate::run::pose::BoltFacts;
 use crate::run::pose::bolts::{Bolt, Target, bolts};
 use crate::run::pose::loads::end;
 use crate::run::solve::BoltState;
@@ -31,8 +32,8 @@ pub(super) fn of_whole(
     solid: &Solid,
     held: &DofMap,
     points: &PosedPoints,
-) -> Result<Vec<RankBolt>, Error> {
-    let (found, _) = bolts(solid, held, case, end(case))?;
+) -> Result<(Vec<RankBolt>, Vec<BoltFacts>), Error> {
+    let (found, facts) = bolts(solid, held, case, end(case))?;
     let mut ends = vec![false; if found.is_empty() { 0 } else { solid.mesh.nodes.len() }];
     let touched = points.nodes().chain(points.links().into_iter().flatten());
     let fixed = held.prescribed.iter().map(|dof| dof / 3);
@@ -41,7 +42,7 @@ pub(super) fn of_whole(
         let (sides, stretch) = (sides(solid.mesh, &bolt), stretch(solid.mesh, &bolt, &ends));
         RankBolt { bolt, sides, stretch }
     };
-    Ok(found.into_iter().map(of).collect())
+    Ok((found.into_iter().map(of).collect(), facts))
 }
 
 /// Appends what of the bolts is on a piece to a message.

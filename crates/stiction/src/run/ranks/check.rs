@@ -12,6 +12,7 @@ use crate::io::pieces::{is_piece, problem_name, read_pieces, solution_name};
 use crate::run::pose::memory::check_of_pieces_fits;
 use crate::run::results::check::{Checked, Stored, check as check_one, compare, with_files};
 use crate::run::results::check_steps::{StoredStep, check_steps};
+use crate::run::results::overlap_text::{is_refused, sentence};
 use crate::run::results::step_file::STATE;
 use crate::run::results::summary;
 use crate::run::results::sums::{self, SUMS};
@@ -73,7 +74,8 @@ fn judge(folder: &Path) -> Result<Checked, Error> {
     let (mut problem, tolerance) = (whole.problem.clone(), whole.tolerance);
     let read = |number: usize| whole.step(folder, number);
     let steps = check_steps(&stored, &read, &mut problem, tolerance)?;
-    Ok(Checked { certificate, differences, files: Vec::new(), passes_through: Vec::new(), bound: None, steps })
+    let passes_through = summary.overlaps.iter().filter(|overlap| is_refused(overlap)).map(sentence).collect();
+    Ok(Checked { certificate, differences, files: Vec::new(), passes_through, bound: None, steps })
 }
 
 fn stored_step(step: &RankedStep) -> StoredStep<'_> {

@@ -131,7 +131,7 @@ impl WholeAnswer {
 impl Local {
     /// The name that point `j` has on all ranks: its surface and its node.
     fn name_of(&self, j: usize) -> [u64; 2] {
-        [self.pair_of(j) as u64, self.piece.nodes[self.division.points[j] as usize]]
+        [self.pair_of(j) as u64, self.piece.nodes[self.node_of(j) as usize]]
     }
 }
 

@@ -10,7 +10,7 @@ use super::share::Whole;
 use crate::Error;
 use crate::io::case::{Case, MeshSource, MeshSpec};
 use crate::mesh::v3::V3;
-use crate::mesh::{CornerBox, Grid, GridMesh, Grids, MeshPiece, Turn};
+use crate::mesh::{CornerBox, Grid, GridMesh, Grids, MeshNotes, MeshPiece, Turn};
 use crate::ranks::{Ranks, from_bytes, gather_all, to_bytes};
 use crate::run::pose::MemoryLimit;
 use crate::run::pose::memory::{of_block, posing_fits};
@@ -113,7 +113,7 @@ impl Parts for Made {
         let mut made = self.grids.mesh(self.grids.boundary_cells());
         made.mesh.groups = self.grids.groups(&made);
         let GridMesh { mesh, nodes, cells } = made;
-        Whole::new(case, mesh, (Some([nodes, cells]), self.grids.sizes()), None, parts)
+        Whole::new(case, (mesh, MeshNotes::default()), (Some([nodes, cells]), self.grids.sizes()), None, parts)
     }
 
     fn count(&self) -> usize {

@@ -21,10 +21,11 @@ use crate::io::case::Case;
 use crate::io::pieces::{Head, NamedPiece, displacements_of_step, step_name, strengths_of_step, write_step_piece};
 use crate::io::step::StepFile;
 use crate::io::{checksum, folder};
-use crate::ranks::{Wire, agree, broadcast, gather_all, to_bytes};
+use crate::ranks::{Ranks, Wire, agree, broadcast, gather_all, to_bytes};
 use crate::run::pose::axis::Position;
+use crate::run::pose::surfaces::widened;
 use crate::run::results::json;
-use crate::run::results::step_file::{STATE, remove_steps};
+use crate::run::results::step_file::{STATE, remove_steps, widen};
 use crate::run::results::sums::{self, Sums};
 use crate::run::solve::strength::{left, lost};
 use crate::run::whole::Stage;
@@ -36,7 +37,7 @@ pub struct Keep {
     pub folder: PathBuf,
     /// Whether to go on from the steps or meshes that are there; otherwise they are removed.
     pub resume: bool,
-    /// Called at rank 0 with remarks ([`Stage::Note`]) and finished levels ([`Stage::Level`]).
+    /// Called at rank 0 with what the case amounts to ([`Stage::Posed`]), remarks ([`Stage::Note`]) and finished levels ([`Stage::Level`]).
     pub tell: fn(&Stage),
 }
 
@@ -51,6 +52,9 @@ struct List {
     format: String,
     /// A number of mesh, loads, contacts and steps, in hexadecimal digits.
     case: String,
+    /// Contacts whose `search` was found too short before these steps, and what it is instead; length.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    widened: Vec<(String, f64)>,
     steps: Vec<Entry>,
 }
 
@@ -108,7 +112,8 @@ impl Kept {
     pub(super) fn begin(keep: &Keep, case: &Case, local: &Local) -> Result<Kept, Error> {
         let ranks = &*local.division.ranks;
         let (named, run) = (named(local), fingerprint(case, local));
-        let empty = List { format: FORMAT.into(), case: format!("{run:016x}"), steps: Vec::new() };
+        let widened = widened(&case.contacts);
+        let empty = List { format: FORMAT.into(), case: format!("{run:016x}"), widened, steps: Vec::new() };
         let list = match ranks.rank() {
             0 => prepared(keep, &empty, case),
             _ => Ok(empty.clone()),
@@ -167,6 +172,22 @@ impl Kept {
         }
         Ok(())
     }
+}
+
+/// The case with what an earlier run has found of its contacts, if it is gone on from.
+///
+/// # Errors
+/// If the list of its steps is damaged, at every rank.
+pub(super) fn widened_before(keep: &Keep, mut case: Case, ranks: &dyn Ranks) -> Result<Case, Error> {
+    let path = keep.folder.join(STATE);
+    let read = || -> Result<Vec<(String, f64)>, Error> {
+        let is_kept = keep.resume && ranks.rank() == 0 && path.exists();
+        if is_kept { json::read::<List>(&path, WHAT, AGAIN).map(|list| list.widened) } else { Ok(Vec::new()) }
+    };
+    let message = broadcast(ranks, json::text(&agree(ranks, read())?).into_bytes());
+    let found: Vec<(String, f64)> = serde_json::from_slice(&message).unwrap_or_default();
+    widen(&mut case, &found);
+    Ok(case)
 }
 
 fn write_list(folder: &Path, list: &List) -> Result<(), Error> {
@@ -351,7 +372,8 @@ fn fingerprint(case: &Case, local: &Local) -> u64 {
             thing(&mut [6, number as u64, cell, value.to_bits()].into_iter());
         }
     }
-    for (j, &node) in local.division.points.iter().enumerate().filter(|(_, node)| is_own(**node)) {
+    let points = (0..local.problem.points()).map(|j| (j, local.node_of(j)));
+    for (j, node) in points.filter(|(_, node)| is_own(*node)) {
         let law = local.problem.contact.friction[j].numbers().map(f64::to_bits);
         let head = [4, local.pair_of(j) as u64, global(node), local.undeformed[j].to_bits()];
         thing(&mut head.into_iter().chain(law));

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::bolts::RankBolt;
+use super::outside::Outside;
 use super::share::{NO_AXIS, OBSTACLE, REVERSED, Share, name};
 use super::ties::{self, has_ties};
 use super::timed::{Posed, Timed};
@@ -53,6 +54,8 @@ pub(super) struct Local {
     pub bolts: Vec<RankBolt>,
     pub timed: Timed,
     pub couplings: Vec<Coupling>,
+    /// Of rank 0.
+    pub outside: Option<Outside>,
 }
 
 /// Poses what a rank has of the case.
@@ -72,6 +75,7 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         body_of_node,
         bolts,
         ties: ties::Here { tied, couplings },
+        outside,
     } = share;
     let mesh = &piece.mesh;
     let materials: Vec<Material> = case.materials.iter().map(|spec| spec.material.clone()).collect();
@@ -89,10 +93,13 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         owner: piece.owner.clone(),
         global: piece.nodes.clone(),
         supports: model.dofs.prescribed.iter().map(|&dof| dof / 3).collect(),
-        points: points.nodes().collect(),
+        points: points.labels(mesh.nodes.len()),
     };
-    let mut undeformed = points.gaps();
+    let (mut undeformed, layers) = (points.gaps(), points.layers());
     let mut problem = pose_points(mesh, &mut model, points, center, &body_of_node, bodies);
+    // A layer belongs to the rank of the node that it lies in front of; its numbers follow on those of the mesh.
+    division.owner.extend(model.dofs.layer.iter().map(|&v| piece.owner[v as usize]));
+    division.global.extend(layers.iter().map(|number| sizes[0] + number));
     let posed = match tied {
         Some(tied) => Posed::Points(tied),
         None => Posed::Supports(timed_fixes(mesh, case, &symmetry)),
@@ -128,6 +135,7 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         bolts,
         timed,
         couplings,
+        outside,
     })
 }
 
@@ -147,6 +155,11 @@ pub(super) fn is_stressed(case: &Case) -> bool {
 }
 
 impl Local {
+    /// The node of the mesh that a point is at.
+    pub(super) fn node_of(&self, j: usize) -> u32 {
+        self.model.dofs.mesh_node(self.division.points[j])
+    }
+
     /// The surface of a point.
     pub(super) fn pair_of(&self, j: usize) -> usize {
         self.problem.labels.pairs.partition_point(|pair| pair.points.end <= j)
@@ -154,7 +167,7 @@ impl Local {
 }
 
 /// The group of an entry of the case; none where nothing of it is here.
-fn group<'m>(mesh: &'m Mesh, kind: &str, number: usize) -> Option<&'m Group> {
+pub(super) fn group<'m>(mesh: &'m Mesh, kind: &str, number: usize) -> Option<&'m Group> {
     let group = mesh.group(&name(kind, number))?;
     let lists = [&group.nodes, &group.faces, &group.cells];
     lists.iter().any(|list| !list.is_empty()).then_some(group)

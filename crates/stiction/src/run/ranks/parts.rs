@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::room;
-use super::share::{Divided, Share, Whole, enough, name, sent};
+use super::share::{Divided, Share, Whole, enough, name};
 use crate::Error;
 use crate::contact::Body;
 use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, MaterialSpec, Region};
@@ -112,7 +112,7 @@ pub(super) fn share(
     let following = divided.as_ref().map_or(Vec::new(), Divided::following);
     let following = from_bytes(&broadcast(ranks, to_bytes(&following)));
     let following = following.into_iter().map(|[v, part]: [u64; 2]| (v, part as u32)).collect();
-    let share = Share::from_bytes(case, &sent(ranks, divided));
+    let share = Share::sent(case, divided, ranks);
     let owners = Owners { cuts, following, alone: ranks.size() == 1 };
     let part = parts.part(&share.piece, &owners, ranks);
     let share = filled(case, share, part, (parts, &outline, &materials), ranks);

@@ -17,7 +17,7 @@ use crate::contact::Body;
 use crate::io::case::{AgainstSpec, Case, LoadKind, MeshSource, NodalSpec, Placing, Region};
 use crate::io::ranges::MeshRanges;
 use crate::mesh::v3::{V3, add};
-use crate::mesh::{CellKind, Cells, Meeting, Mesh, MeshArrays, MeshPiece, ascending};
+use crate::mesh::{CellKind, Cells, Meeting, Mesh, MeshArrays, MeshNotes, MeshPiece, ascending, coincident_nodes};
 use crate::ranks::{Ranks, agree, all_to_all, from_bytes, gather, gather_all, max, to_bytes};
 use crate::run::pose::MemoryLimit;
 use crate::run::pose::memory::{of_kinds, posing_fits, range_fits};
@@ -198,7 +198,8 @@ impl Parts for Read {
         let Boundary { mesh, numbers, body_of_node, bodies } = boundary.ok_or_else(missing)?;
         let limit = MemoryLimit { divided: true, ..MemoryLimit::of(&case.solver) };
         posing_fits(mesh.nodes.len() as f64, 0.0, &limit)?;
-        Whole::new(case, mesh, (Some(numbers), sizes), Some((body_of_node, bodies)), parts)
+        let notes = MeshNotes(coincident_nodes(&mesh.nodes, &mesh.faces, &|v| numbers[0][v] + 1).into_iter().collect());
+        Whole::new(case, (mesh, notes), (Some(numbers), sizes), Some((body_of_node, bodies)), parts)
     }
 
     fn count(&self) -> usize {

@@ -4,14 +4,17 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::remarks::Remarks;
+use super::report::{WORK, overlaps};
 use crate::friction::{Solution, Status};
 use crate::io::case::Case;
-use crate::io::text::{measure, number, triple};
 use crate::ranks::Wire;
 use crate::run::pose::Seconds;
-use crate::run::results::{ESTIMATED, FORMAT, Rows, Versions, accuracy_rows, coupling_rows, percent, print};
+use crate::run::results::{ESTIMATED, FORMAT, Row, Rows, Versions, accuracy_rows, ended_short, percent, print};
+use crate::run::solve::quantities::Smallness;
 use crate::run::solve::{
-    AccuracyRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, CouplingState, Named, Totals,
+    AccuracyRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, CouplingState, Named, OverlapRecord,
+    PairRecord, Totals,
 };
 
 /// What one rank has had and sent.
@@ -76,6 +79,15 @@ pub struct RankedStep {
     pub certificate: CertificateRecord,
     /// Over all contacts.
     pub contact: Totals,
+    /// Totals of each pair.
+    #[serde(default)]
+    pub pairs: Vec<PairRecord>,
+    /// Where surfaces lie in each other.
+    #[serde(default)]
+    pub overlaps: Vec<OverlapRecord>,
+    /// How small rotations, strains and slips are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub smallness: Option<Smallness>,
     /// Balance of each body.
     #[serde(default)]
     pub bodies: Vec<BodyRecord>,
@@ -88,18 +100,23 @@ pub struct RankedStep {
 }
 
 impl RankedStep {
-    pub(super) fn new(case: &Case, step: usize, t: f64, solution: &Solution, contact: Totals) -> Self {
-        let name = case.steps.get(step).map_or(String::new(), |step| step.name.clone());
-        let (status, iterations) = (solution.status, solution.counts.cycles);
-        let (certificate, bodies) = (CertificateRecord::of(&solution.certificate), bodies(solution));
+    pub(super) fn new(
+        (name, t): (String, f64),
+        solution: &Solution,
+        (contact, pairs): (Totals, Vec<(String, Totals)>),
+        remarks: &Remarks,
+    ) -> Self {
         RankedStep {
             name,
             t,
-            status,
-            iterations,
-            certificate,
+            status: solution.status,
+            iterations: solution.counts.cycles,
+            certificate: CertificateRecord::of(&solution.certificate),
             contact,
-            bodies,
+            pairs: remarks.pairs(pairs),
+            overlaps: remarks.overlaps.clone(),
+            smallness: remarks.smallness.clone(),
+            bodies: bodies(solution),
             bolts: Vec::new(),
             couplings: Vec::new(),
         }
@@ -129,8 +146,20 @@ pub struct RankedSummary {
     pub status: Status,
     /// The certificate, measured by all ranks.
     pub certificate: CertificateRecord,
+    /// Where nothing balances the loads: the motion along which they carry a body away.
+    #[serde(default)]
+    pub escape_mode: Option<String>,
     /// Over all contacts.
     pub contact: Totals,
+    /// Totals of each pair.
+    #[serde(default)]
+    pub pairs: Vec<PairRecord>,
+    /// Where surfaces lie in each other.
+    #[serde(default)]
+    pub overlaps: Vec<OverlapRecord>,
+    /// How small rotations, strains and slips are; none where loads carry a body away.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub smallness: Option<Smallness>,
     /// Balance of each body.
     #[serde(default)]
     pub bodies: Vec<BodyRecord>,
@@ -173,19 +202,23 @@ pub struct RankedSummary {
     pub peak_memory_bytes: Option<u64>,
     /// What each rank has had.
     pub ranks: Vec<RankRecord>,
+    /// The case as the program understood it.
+    #[serde(default)]
+    pub problem: Vec<Row>,
+    /// What it printed of the answer.
+    #[serde(default)]
+    pub report: Vec<Row>,
     /// Versions of program and format.
     pub versions: Versions,
 }
 
 impl RankedSummary {
-    #[expect(clippy::too_many_arguments, reason = "a record of what all of these say")]
     pub(super) fn new(
         case: &Case,
         [nodes, cells]: [u64; 2],
         solution: &Solution,
         contact: Totals,
-        dofs: usize,
-        displacement_max: f64,
+        (dofs, displacement_max): (usize, f64),
         ranks: Vec<RankRecord>,
         seconds: &Seconds,
     ) -> Self {
@@ -196,7 +229,11 @@ impl RankedSummary {
             status: solution.status,
             certificate: CertificateRecord::of(&solution.certificate),
             dual_dofs: 3 * ranks.iter().map(|rank| rank.points).sum::<usize>(),
+            escape_mode: None,
             contact,
+            pairs: Vec::new(),
+            overlaps: Vec::new(),
+            smallness: None,
             bodies: bodies(solution),
             bolts: Vec::new(),
             couplings: Vec::new(),
@@ -213,6 +250,8 @@ impl RankedSummary {
             seconds: times(seconds),
             peak_memory_bytes: ranks.iter().filter_map(|rank| rank.peak_memory_bytes).max(),
             ranks,
+            problem: Vec::new(),
+            report: Vec::new(),
             versions: Versions { stiction: env!("CARGO_PKG_VERSION").into(), summary: FORMAT },
         }
     }
@@ -238,6 +277,31 @@ impl RankedSummary {
         self.seconds = times(seconds);
     }
 
+    /// Takes what is known of the accuracy of the last mesh.
+    pub(super) fn take_accuracy(&mut self, error: Option<f64>, accuracy: Option<AccuracyRecord>) {
+        let mut rows = Rows::default();
+        error.iter().for_each(|error| rows.add("mesh", format!("{ESTIMATED} {} (energy norm)", percent(*error))));
+        accuracy.iter().for_each(|accuracy| accuracy_rows(&mut rows, accuracy));
+        let end = self.report.iter().position(|row| row.label == WORK).unwrap_or(self.report.len());
+        self.report.splice(end..end, rows.0);
+        (self.discretisation_error, self.accuracy) = (error, accuracy);
+    }
+
+    /// Why there is no answer; none if there is one.
+    pub fn ended_short(&self) -> Option<String> {
+        let why = match (&self.escape_mode, self.status) {
+            (Some(motion), Status::NoEquilibrium) => format!("the loads carry away {motion}"),
+            (_, Status::PassesThrough) => self.passes_through(),
+            _ => String::new(),
+        };
+        ended_short(self.status, self.steps.last().map(|step| step.t), &why)
+    }
+
+    /// Where surfaces between which contact is named pass through each other, and the remedy.
+    pub(super) fn passes_through(&self) -> String {
+        overlaps(self).refused.join("; ")
+    }
+
     pub(super) fn with_levels(self, levels: Vec<(usize, usize)>) -> Self {
         RankedSummary { levels, ..self }
     }
@@ -254,55 +318,18 @@ fn times(seconds: &Seconds) -> Named {
 
 impl fmt::Display for RankedSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let row = |f: &mut fmt::Formatter<'_>, name: &str, text: String| writeln!(f, "  {name:<12} {text}");
-        let Totals { open, stick, slip, normal_force, tangential_force, .. } = self.contact;
-        let status = match self.status {
-            Status::Solved => "solved".to_string(),
-            Status::MaxIterations => "not solved: the limit of iterations was reached".to_string(),
-            Status::Interrupted => "interrupted".to_string(),
-            _ => "not solved: the iteration gains nothing any more".to_string(),
-        };
-        row(f, "status", format!("{status} after {} cycles on {} ranks", self.counts.iterations, self.ranks.len()))?;
-        if self.found_by_first {
-            let why = match self.accuracy {
-                Some(_) => "the ranks have judged its answer",
-                None => "which takes other ways too: all ranks together did not arrive",
-            };
-            row(f, "", format!("by rank 0 alone, {why}"))?;
-        }
-        if let Some(last) = self.steps.last() {
-            let cycles: usize = self.steps.iter().map(|step| step.iterations).sum();
-            row(f, "steps", format!("{} increments up to t = {}, {cycles} cycles", self.steps.len(), number(last.t)))?;
-        }
-        let CertificateRecord { worst, tolerance, passed, .. } = self.certificate;
-        let verdict = if passed { "passed" } else { "not passed" };
-        row(f, "certificate", format!("{verdict}: the worst measure is {}, {tolerance:e} is allowed", measure(worst)))?;
-        row(
-            f,
-            "contact",
-            format!("normal force {}, friction on the body {}", number(normal_force), triple(tangential_force)),
-        )?;
-        row(f, "", format!("open {open} points, stick {stick}, slip {slip}"))?;
-        for BoltState { name, force, shortening } in &self.bolts {
-            row(f, "bolt", format!("\"{name}\": force {}, shortening {}", number(*force), number(*shortening)))?;
-        }
+        print(f, &self.report, LABELS)?;
         let mut rows = Rows::default();
-        coupling_rows(&mut rows, &self.couplings);
-        print(f, &rows.0, 12)?;
-        row(f, "displacement", format!("at most {}", number(self.displacement_max)))?;
-        let mut rows = Rows::default();
-        if let Some(error) = self.discretisation_error {
-            rows.add("mesh", format!("{ESTIMATED} {} (energy norm)", percent(error)));
-        }
-        self.accuracy.iter().for_each(|accuracy| accuracy_rows(&mut rows, accuracy));
-        print(f, &rows.0, 12)?;
         let nodes = self.ranks.iter().map(|rank| rank.nodes);
         let (least, most) = (nodes.clone().min().unwrap_or(0), nodes.max().unwrap_or(0));
-        row(f, "size", format!("{} unknowns, {least} to {most} nodes a rank", self.dofs))?;
-        let memory = self
-            .peak_memory_bytes
-            .map_or(String::new(), |peak| format!(", {:.2} GB a rank at most", peak as f64 / 1e9));
-        let total = self.seconds.get("total").unwrap_or(f64::NAN);
-        row(f, "took", format!("{total:.1} s{memory}"))
+        rows.add("size", format!("{} unknowns, {least} to {most} nodes a rank", self.dofs));
+        rows.add("time", format!("{:.2} s", self.seconds.get("total").unwrap_or(f64::NAN)));
+        if let Some(peak) = self.peak_memory_bytes {
+            rows.add("memory", format!("{:.2} GB a rank at most", peak as f64 / 1e9));
+        }
+        print(f, &rows.0, LABELS)
     }
 }
+
+/// Width of the labels.
+const LABELS: usize = 12;

@@ -28,8 +28,9 @@ use crate::run::pose::memory::looking_fits;
 use crate::run::pose::{MemoryLimit, Prepared, Seconds, prepare_to_look_at};
 use crate::run::refine::{Indicators, Level, Levels, Sequence, SolvedLevel, other_case, solve_to_accuracy};
 use crate::run::results::{adopt_steps, discard_steps, keep_levels, kept_levels, problem_fingerprint, remove_levels};
+use crate::run::solve::passing::{Searches, with_searches};
 use crate::run::solve::{AccuracyRecord, Event, Outcome, Settings, discretisation_error};
-use crate::run::whole::{Plan, Run, Stage};
+use crate::run::whole::{MOST_WIDENINGS, Plan, Run, Stage};
 use crate::solve::SolveEvent;
 
 /// What all ranks do next.
@@ -52,7 +53,7 @@ pub(super) fn refined(
 ) -> Result<RankedAnswer, Error> {
     let limits = [room::limit(case, &**ranks).bytes, MemoryLimit::of(&case.solver).bytes];
     let folder = keep.map(|keep| &*keep.folder);
-    let mut team = Team { case, ranks, observer, limits, folder, answer: None };
+    let mut team = Team { case, ranks, observer, limits, folder, tell: keep.map(|keep| keep.tell), answer: None };
     if ranks.rank() > 0 {
         loop {
             let _ = match team.told(0) {
@@ -76,6 +77,7 @@ struct Team<'a, 'b> {
     limits: [Option<u64>; 2],
     /// Where load steps are kept.
     folder: Option<&'a Path>,
+    tell: Option<fn(&Stage)>,
     /// The last answer that the ranks have.
     answer: Option<RankedAnswer>,
 }
@@ -91,7 +93,22 @@ impl Team<'_, '_> {
     /// # Errors
     /// As [`Begun::solved`], and what rank 0 finds wrong with the answer; the same at every rank.
     fn solve(&mut self, level: Option<&Level>) -> Result<Option<SolvedLevel>, Error> {
-        let case = level.map_or(self.case, |level| &level.case);
+        let mut case = level.map_or(self.case, |level| &level.case).clone();
+        let mut widenings = 0;
+        loop {
+            let (solved, needed) = self.attempt(level, &case)?;
+            match with_searches(&case, &needed).filter(|_| widenings < MOST_WIDENINGS) {
+                Some(wider) => (case, widenings) = (wider, widenings + 1),
+                None => return Ok(solved),
+            }
+        }
+    }
+
+    /// The same once, with how far surfaces would have to be looked for by the number of each contact; length.
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    fn attempt(&mut self, level: Option<&Level>, case: &Case) -> Result<(Option<SolvedLevel>, Searches), Error> {
         let begun = Begun::new(self.ranks);
         let share = share::of_whole(case, None, &*begun.ranks)?;
         let given = level.and_then(|level| level.start.as_deref());
@@ -107,14 +124,15 @@ impl Team<'_, '_> {
             agree(ranks, whole.map_or(Ok(()), |whole| seen.add(&whole, &found.solution, t)))
         };
         let apart = self.folder.map(|folder| Keep { folder: folder.join("level"), resume: false, tell: |_| {} });
-        let how = How { start, keep: apart.as_ref(), look: Some(&mut look) };
+        let tell = self.tell.filter(|_| level.is_some_and(|level| level.number == 0));
+        let how = How { start, keep: apart.as_ref(), tell, look: Some(&mut look) };
         let solved = begun.solved((case, share), how, self.observer);
         let first = ranks.rank() == 0;
         let kept = apart.filter(|_| first && !case.steps.is_empty());
         let discard = || kept.iter().for_each(|apart| discard_level(&apart.folder));
-        let Solved { answer, seconds, energy } = solved.inspect_err(|_| discard())?;
+        let Solved { answer, seconds, energy, needed } = solved.inspect_err(|_| discard())?;
         let is_solved = answer.summary.status == Status::Solved;
-        let is_taken = is_solved || self.answer.is_none();
+        let is_taken = needed.is_empty() && (is_solved || self.answer.is_none());
         let settled = match kept.as_ref().zip(self.folder) {
             Some((apart, folder)) if is_taken => adopt_level(&apart.folder, folder),
             _ => {
@@ -129,9 +147,9 @@ impl Team<'_, '_> {
             self.answer = Some(answer);
         }
         if !first {
-            return Ok(None);
+            return Ok((None, needed));
         }
-        Ok(seen.ended(iterations, seconds, energy, memory))
+        Ok((seen.ended(iterations, seconds, energy, memory), needed))
     }
 
     /// Lets the ranks judge an answer on a mesh that rank 0 has. Where they have other points, and load steps, each of which has files of
@@ -153,7 +171,7 @@ impl Team<'_, '_> {
         let iterations = take::<u64>(&mut from).first().map_or(0, |count| *count as usize);
         let start = Some(Start::Answer(WholeAnswer::take(&mut from), iterations)).filter(|_| case.steps.is_empty());
         let keep = self.folder.map(|folder| Keep { folder: folder.to_path_buf(), resume: false, tell: |_| {} });
-        let how = How { start, keep: keep.as_ref(), look: None };
+        let how = How { start, keep: keep.as_ref(), tell: None, look: None };
         self.answer = Some(begun.solved((case, share), how, self.observer)?.answer);
         Ok(())
     }
@@ -177,12 +195,12 @@ impl Team<'_, '_> {
         let Some(mut answer) = self.answer else {
             return Err(Error::new("", "no mesh was solved", "report this to the developers with the case"));
         };
-        if relative[0] >= 0.0 {
+        let error = (relative[0] >= 0.0).then_some(relative[0]);
+        if error.is_some() {
             let of_cells = estimate.map_or(Vec::new(), Estimate::by_cell);
             answer.error = scattered(ranks, &answer.local.piece.cells, &of_cells);
-            answer.summary.discretisation_error = Some(relative[0]);
         }
-        answer.summary.accuracy = accuracy;
+        answer.summary.take_accuracy(error, accuracy);
         if let Some(outcome) = &outcome {
             answer.summary.take_seconds(&outcome.seconds);
         }
@@ -342,7 +360,7 @@ impl<'a, 'b> First<'a, 'b> {
         let (observer, keep) = (&mut *self.team.observer, self.keep);
         let mut tell = |stage: Stage| match stage {
             Stage::Event(Event::Solver(SolveEvent::Iteration(progress))) => observer(progress),
-            Stage::Note(_) => {
+            Stage::Note(_) | Stage::Posed(_, 0) => {
                 keep.into_iter().for_each(|keep| (keep.tell)(&stage));
                 ControlFlow::Continue(())
             }

@@ -29,6 +29,11 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
     let of_couplings = case.couplings.iter().map(|coupling| (&coupling.during, &coupling.spot));
     let mut timed = of_fixes.chain(of_couplings).filter(timed).map(|(_, spot)| spot);
     first(&mut timed, "[accuracy] with a support or a coupling that begins or ends with a step")?;
+    if case.accuracy.is_some() {
+        let mut yields =
+            case.contacts.iter().filter(|contact| contact.stiffness.is_some()).map(|contact| &contact.spot);
+        first(&mut yields, "[accuracy] with an interface that yields")?;
+    }
     if case.solver.starts.is_some() {
         return whole("the search for further solutions (solver.starts)");
     }
@@ -46,7 +51,6 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
 
 fn contact(contact: &ContactSpec) -> Result<(), Error> {
     let what = match contact {
-        ContactSpec { stiffness: Some(_), .. } => "an interface that yields",
         ContactSpec { wear: Some(_), .. } => "wear",
         _ => return Ok(()),
     };

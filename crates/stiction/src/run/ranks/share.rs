@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use super::bolts::{self, RankBolt, put_bolts, take_bolts};
 use super::generate::Made;
 use super::local::changes;
+use super::outside::{self, Outside, Surfaces};
 use super::parts::{self, Parts};
 use super::ranges;
 use super::scope;
@@ -13,17 +14,17 @@ use crate::Error;
 use crate::contact::{Body, ContactSurface, Counterpart, PosedPoints, Role, bodies_of, centroid};
 use crate::fem::{Axes, DofMap, FaceMoments, Fix, Load, Solid, dof_map};
 use crate::io::case::{Case, ContactSpec, LoadKind, NodalSpec};
-use crate::mesh::{Bounds, Cuts, Group, Mesh, MeshPiece, WeightedNode, pieces};
+use crate::mesh::{Bounds, Cuts, Group, Mesh, MeshNotes, MeshPiece, WeightedNode, pieces};
 use crate::ranks::{Ranks, Wire, agree, put, sum, take};
 use crate::run::pose::activity::ALWAYS;
 use crate::run::pose::load_state::{refuse_overlap, translation};
-use crate::run::pose::loads::{Fixes, end, fixes, load, one_temperature};
+use crate::run::pose::loads::{Fixes, end, fixes, load, one_temperature, springs};
 use crate::run::pose::materials::materials;
 use crate::run::pose::memory::was_of_memory;
-use crate::run::pose::notes::much_taken;
 use crate::run::pose::ties::TimedFix;
 use crate::run::pose::{
-    MemoryLimit, coefficients, made_mesh, place, planned, refuse_loss_without_steps, regions, surfaces,
+    ContactFacts, MemoryLimit, coefficients, coupling_facts, made_mesh, place, planned, refuse_loss_without_steps,
+    regions, surfaces,
 };
 
 /// A contact node counts as so many others: the local changes of contact take a tenth of a cycle on a brick, and are made by
@@ -62,6 +63,8 @@ pub(super) struct Share {
     pub body_of_node: Vec<u32>,
     pub bolts: Vec<RankBolt>,
     pub ties: ties::Here,
+    /// Of rank 0.
+    pub outside: Option<Outside>,
 }
 
 /// A surface that may touch an obstacle, another surface, and another surface that the case names first.
@@ -104,7 +107,7 @@ pub(super) fn of_whole(case: &Case, missing: Option<Error>, ranks: &dyn Ranks) -
     let cuts = Cuts::new(ranks, &nodes, ranks.size());
     enough(case, &cuts, &nodes, ranks)?;
     drop(nodes);
-    Ok(Share::from_bytes(case, &sent(ranks, whole.map(|whole| whole.divided(&cuts)))))
+    Ok(Share::sent(case, whole.map(|whole| whole.divided(&cuts)), ranks))
 }
 
 /// Refuses ranks of which some would have no nodes: `nodes` are those that this rank has divided.
@@ -121,7 +124,7 @@ pub(super) fn enough(case: &Case, cuts: &Cuts, nodes: &[WeightedNode], ranks: &d
 }
 
 /// The share of this rank, as a message: rank 0, which alone has them, sends each its own.
-pub(super) fn sent(ranks: &dyn Ranks, divided: Option<Divided>) -> Vec<u8> {
+fn sent(ranks: &dyn Ranks, divided: Option<Divided>) -> Vec<u8> {
     let Some(divided) = divided else { return ranks.exchange(Vec::new(), &[0]).swap_remove(0) };
     let mut own = Vec::new();
     for (rank, message) in divided.messages(ranks.size()).enumerate() {
@@ -151,6 +154,7 @@ pub(super) struct Whole {
     body_of_node: Vec<u32>,
     bolts: Vec<RankBolt>,
     ties: ties::Whole,
+    outside: Option<Outside>,
     /// What each node counts when the mesh is divided; nodes that go where another does, and that one, which counts for both.
     pub weights: Vec<f64>,
     leaders: Vec<[u32; 2]>,
@@ -162,15 +166,15 @@ impl Whole {
     fn made(case: &Case, parts: usize, missing: Option<Error>) -> Result<Whole, Error> {
         let limit = MemoryLimit { divided: true, ..MemoryLimit::of(&case.solver) };
         let instead = |error: Error| if was_of_memory(&error) { missing.unwrap_or(error) } else { error };
-        let (mesh, _) = made_mesh(&case.mesh, &limit).map_err(instead)?;
+        let (mesh, notes) = made_mesh(&case.mesh, &limit).map_err(instead)?;
         let sizes = [mesh.nodes.len() as u64, mesh.cell_count() as u64];
-        Whole::new(case, mesh, (None, sizes), None, parts)
+        Whole::new(case, (mesh, notes), (None, sizes), None, parts)
     }
 
     /// A case on a mesh, to be divided into so many parts. The body of each node, and the bodies, are found unless they are `known`.
     pub(super) fn new(
         case: &Case,
-        mut mesh: Mesh,
+        (mut mesh, notes): (Mesh, MeshNotes),
         (numbers, sizes): (Option<[Vec<u64>; 2]>, [u64; 2]),
         known: Option<(Vec<u32>, Vec<Body>)>,
         parts: usize,
@@ -180,7 +184,7 @@ impl Whole {
             return Err(case.mesh.spot.error(what, "use fewer ranks"));
         }
         let (materials, material_of_cell) = materials(&mesh, &case.materials)?;
-        let Fixes { held, timed, .. } = fixes(&mesh, case)?;
+        let Fixes { held, timed, facts: fix_facts, .. } = fixes(&mesh, case)?;
         let (body_of_node, bodies) = known.unwrap_or_else(|| bodies_of(&mesh));
         let mut groups = Vec::new();
         let symmetry = fixed_regions(case, &held, &timed, &mut groups)?;
@@ -191,9 +195,22 @@ impl Whole {
         let dofs = dof_map(&mesh, &held, end(case)).map_err(|error| place::at(&case.mesh.spot, error))?;
         let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
         let moments = loaded_regions(case, &solid, &mut groups)?;
-        let (points, kinds, contact_of) = contact(case, &solid, &dofs, &held, &mut groups)?;
-        let bolts = bolts::of_whole(case, &solid, &dofs, &points)?;
+        let (points, surfaces) = contact((case, numbers.is_none()), &solid, &dofs, &held, &mut groups)?;
+        let kinds = surfaces.surfaces.iter().map(kind).collect();
+        let contact_of = surfaces.contact_of.iter().map(|&k| k as u32).collect();
+        let (bolts, bolt_facts) = bolts::of_whole(case, &solid, &dofs, &points)?;
         let ties = ties::Whole::new(case, &solid, &dofs, (&held, &timed), &points)?;
+        let found = outside::Found {
+            notes,
+            kinds: mesh.cells.iter().map(|block| block.kind).collect(),
+            fixes: fix_facts,
+            springs: springs(&mesh, &case.springs)?.1,
+            bolts: bolt_facts,
+            couplings: coupling_facts(&mesh, case, &ties.couplings)?,
+            tied: ties.held,
+        };
+        let of_nodes = (numbers.as_ref().map(|[nodes, _]| &nodes[..]), &body_of_node[..]);
+        let outside = Some(Outside::new(&mesh, of_nodes, surfaces, found));
         mesh.groups = groups;
         keep_arrays(case, &mut mesh);
         let leaders = ties.leaders(&mesh, points.leaders());
@@ -212,6 +229,7 @@ impl Whole {
             body_of_node,
             bolts,
             ties,
+            outside,
             weights,
             leaders,
         })
@@ -332,29 +350,37 @@ fn fixed_regions(case: &Case, held: &[Fix], timed: &[TimedFix], groups: &mut Vec
 /// The contact points, and the kind of each surface, whose faces become groups. Which surface carries the
 /// points, and how far it looks for the other one, is a matter of whole surfaces.
 fn contact(
-    case: &Case,
+    (case, is_whole): (&Case, bool),
     solid: &Solid,
     dofs: &DofMap,
     held: &[Fix],
     groups: &mut Vec<Group>,
-) -> Result<(PosedPoints, Vec<u8>, Vec<u32>), Error> {
+) -> Result<(PosedPoints, Surfaces), Error> {
     let mesh = solid.mesh;
     refuse_loss_without_steps(&case.contacts, &case.steps)?;
     let mut surfaces = surfaces::surfaces(mesh, &case.contacts, &case.steps)?;
     surfaces::assign(solid, dofs, &mut surfaces);
     let of = surfaces::reverse(solid, dofs, &mut surfaces);
     for (surface, &k) in surfaces.iter().zip(&of) {
-        if matches!(&surface.against, Counterpart::Surface(master) if master.nodes.is_some()) {
-            return Err(scope::refused(&case.contacts[k].spot, "a contact of nodes without faces"));
+        // Nodes that make up no face may lie inside, which rank 0 has of a whole alone.
+        let alone = matches!(&surface.against, Counterpart::Surface(master) if master.nodes.is_some());
+        if alone && !is_whole {
+            return Err(scope::refused(
+                &case.contacts[k].spot,
+                "a contact of nodes without faces, of a mesh that rank 0 has no memory for,",
+            ));
         }
     }
-    let specs: Vec<ContactSpec> = of.iter().map(|&k| case.contacts[k].clone()).collect();
+    let named = |(surface, &k): (&ContactSurface, &usize)| ContactSpec {
+        name: surface.name.clone(),
+        ..case.contacts[k].clone()
+    };
+    let specs: Vec<ContactSpec> = surfaces.iter().zip(&of).map(named).collect();
     coefficients::read(mesh, &specs, &mut surfaces, end(case))?;
-    let (mut points, facts) = PosedPoints::new(mesh, dofs, &surfaces).map_err(|error| {
+    let (points, facts) = PosedPoints::new(mesh, dofs, &surfaces).map_err(|error| {
         let named = surfaces.iter().position(|surface| error.place == format!("contact \"{}\"", surface.name));
         named.map_or(error.clone(), |k| place::at(&case.contacts[of[k]].spot, error))
     })?;
-    points.warnings = facts.iter().filter_map(|facts| much_taken(facts, "")).collect();
     if let Some(k) = facts.iter().position(|facts| facts.held_along_surface > 0) {
         // Multigrid, which ranks solve by, wants the node of a point free.
         let what = "contact points that a support holds along the surface while the other body moves there cannot be divided among \
@@ -368,19 +394,24 @@ fn contact(
         return Err(scope::refused(&case.contacts[of[k]].spot, what));
     }
     overlap_of_held_nodes(case, mesh, held, (&surfaces, &of), &points)?;
-    let kinds = surfaces.iter().map(|surface| match &surface.against {
+    for (k, surface) in surfaces.iter().enumerate() {
+        groups.push(Group { name: name("contact", k), faces: surface.faces.clone(), ..Group::default() });
+        if let Counterpart::Surface(master) = &surface.against {
+            groups.push(Group { name: name("master", k), faces: master.faces.clone(), ..Group::default() });
+        }
+    }
+    let contacts = facts.into_iter().zip(&surfaces).zip(&specs);
+    let contacts = contacts.map(|((facts, surface), spec)| ContactFacts::new(facts, surface, spec)).collect();
+    Ok((points, Surfaces { surfaces, contacts, specs, contact_of: of }))
+}
+
+/// What a surface may touch.
+fn kind(surface: &ContactSurface) -> u8 {
+    match &surface.against {
         Counterpart::Surface(master) if master.slave == Role::Against => REVERSED,
         Counterpart::Surface(_) => PAIR,
         Counterpart::Obstacle(_) => OBSTACLE,
-    });
-    let kinds = kinds.collect();
-    for (k, surface) in surfaces.into_iter().enumerate() {
-        groups.push(Group { name: name("contact", k), faces: surface.faces, ..Group::default() });
-        if let Counterpart::Surface(master) = surface.against {
-            groups.push(Group { name: name("master", k), faces: master.faces, ..Group::default() });
-        }
     }
-    Ok((points, kinds, of.iter().map(|&k| k as u32).collect()))
 }
 
 /// Refuses nodes that are held where an obstacle gets to, at the end of every planned increment.
@@ -479,7 +510,13 @@ fn keep_arrays(case: &Case, mesh: &mut Mesh) {
 }
 
 impl Share {
-    pub(super) fn from_bytes(case: &Case, bytes: &[u8]) -> Share {
+    /// That of this rank; rank 0 alone has `divided`.
+    pub(super) fn sent(case: &Case, mut divided: Option<Divided>, ranks: &dyn Ranks) -> Share {
+        let outside = divided.as_mut().and_then(|divided| divided.whole.outside.take());
+        Share { outside, ..Share::from_bytes(case, &sent(ranks, divided)) }
+    }
+
+    fn from_bytes(case: &Case, bytes: &[u8]) -> Share {
         let (sizes, center, diagonal) = (Wire::read(bytes), Wire::read(&bytes[16..]), Wire::read(&bytes[40..]));
         let mut from = &bytes[48..];
         let from = &mut from;
@@ -511,6 +548,7 @@ impl Share {
             body_of_node,
             bolts,
             ties,
+            outside: None,
         }
     }
 }

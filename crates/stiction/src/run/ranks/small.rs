@@ -11,13 +11,14 @@ use super::steps::put_state;
 use super::tighten::Found;
 use crate::Error;
 use crate::certificate::certify_divided;
+use crate::contact::escape::Escape;
 use crate::friction::{Counts, Multigrid, Progress, Solution, Status};
 use crate::io::case::Case;
 use crate::linalg::Watch;
 use crate::ranks::{broadcast, put, take};
 use crate::run::pose::loads::end;
 use crate::run::pose::prepare;
-use crate::run::solve::{Event, Outcome, Settings, solve, solve_steps};
+use crate::run::solve::{Event, Outcome, Settings, escape, solve, solve_steps};
 use crate::solve::SolveEvent;
 
 /// Unknowns of the whole up to which one rank solves it: seconds, and some 100 MB.
@@ -27,7 +28,7 @@ pub(super) const MOST_UNKNOWNS: usize = 20_000;
 pub(super) enum Alone {
     Solved(Box<Found>, Vec<RankedStep>),
     /// By statics the loads have no equilibrium, which the ranks do not look for.
-    NoEquilibrium,
+    NoEquilibrium(Option<Escape>),
 }
 
 /// The first byte of what rank 0 says of it.
@@ -44,12 +45,18 @@ pub(super) fn by_first(
     multigrid: &mut Multigrid,
     observer: &mut Watch<Progress>,
 ) -> Result<Option<Alone>, Error> {
+    // Its answer does not tell how far interfaces have yielded.
+    if case.contacts.iter().any(|contact| contact.stiffness.is_some()) {
+        return Ok(None);
+    }
     let ranks = std::sync::Arc::clone(&local.division.ranks);
     let message = if ranks.rank() == 0 { answer(case, observer).unwrap_or_default() } else { Vec::new() };
     let message = broadcast(&*ranks, message);
     let mut from = match message.split_first() {
         Some((&SOLVED, from)) => from,
-        Some((&NO_EQUILIBRIUM, _)) => return Ok(Some(Alone::NoEquilibrium)),
+        Some((&NO_EQUILIBRIUM, how)) => {
+            return Ok(Some(Alone::NoEquilibrium(serde_json::from_slice(how).unwrap_or_default())));
+        }
         _ => return Ok(None),
     };
     let answer = WholeAnswer::take(&mut from);
@@ -75,7 +82,10 @@ fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Vec<u8>> {
     };
     let outcome = outcome.ok()?;
     match outcome.solution.status {
-        Status::NoEquilibrium if case.steps.is_empty() => return Some(vec![NO_EQUILIBRIUM]),
+        Status::NoEquilibrium if case.steps.is_empty() => {
+            let how = serde_json::to_vec(&escape(&prepared.problem, Status::NoEquilibrium)).unwrap_or_default();
+            return Some([vec![NO_EQUILIBRIUM], how].concat());
+        }
         // Displacements there leave out what supports have in common; here they do not.
         Status::Solved if prepared.loading.travel == [0.0; 3] => {}
         _ => return None,
@@ -100,6 +110,9 @@ fn steps(outcome: &Outcome) -> Vec<RankedStep> {
         iterations: step.answer.counts.steps(),
         certificate: step.answer.certificate.clone(),
         contact: step.answer.contact.clone(),
+        pairs: step.answer.pairs.clone(),
+        overlaps: step.answer.overlaps.clone(),
+        smallness: step.answer.smallness.clone(),
         bodies: step.answer.bodies.clone(),
         bolts: step.answer.bolts.clone(),
         couplings: step.answer.couplings.clone(),
@@ -134,7 +147,7 @@ pub(super) fn taken(
     let dofs = &local.model.dofs;
     let mut components = u.as_flattened().to_vec();
     dofs.to_components(&mut components);
-    let free: Vec<f64> = dofs.free.iter().map(|&dof| components[dof as usize]).collect();
+    let free: Vec<f64> = dofs.free.iter().map(|&dof| components[dofs.mesh_dof(dof) as usize]).collect();
     let certificate = certify_divided(&local.problem, &local.division, &free, &lambda, case.solver.tolerance);
     let own = multigrid.own_points();
     let solution = Solution {

@@ -4,11 +4,14 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::bolts::states;
+use super::facts::facts;
 use super::gather::WholeAnswer;
-use super::keep::{Keep, Kept};
+use super::keep::{Keep, Kept, widened_before};
 use super::local::{Local, local};
 use super::record::{RankRecord, RankedStep, RankedSummary};
 use super::refine::refined;
+use super::remarks::{Remarks, couples, largest_displacement, look as look_at};
+use super::report::{Known, rows};
 use super::share::Share;
 use super::steps::slid as sliding;
 use super::ties::coupling_states;
@@ -20,19 +23,23 @@ use super::{room, scope, share, small};
 use crate::Error;
 use crate::certificate::ghost_values;
 use crate::contact::ContactProblem;
+use crate::contact::escape::Escape;
 use crate::fem::full_displacement;
 use crate::friction::{self, Multigrid, PointState, Progress, Solution, Status};
 use crate::io::case::Case;
 use crate::io::machine;
 use crate::linalg::{Stop, Watch};
-use crate::mesh::v3::{V3, add, norm, scale};
-use crate::ranks::{Counted, Ranks, Traffic, agree, gather_all, max, sum};
+use crate::mesh::v3::{V3, add, scale};
+use crate::ranks::{Counted, Ranks, Traffic, agree, broadcast, gather_all, sum};
 use crate::run::pose::axis::Position;
 use crate::run::pose::loads::end;
 use crate::run::pose::{Seconds, Span, stopwatch};
+use crate::run::results::Row;
+use crate::run::results::facts_text::problem_rows;
 use crate::run::solve::Totals;
+use crate::run::solve::passing::{Searches, with_searches};
 use crate::run::solve::tractions::Traction;
-use crate::run::whole::Stage;
+use crate::run::whole::{MOST_WIDENINGS, Stage};
 use crate::solve::multigrid_cycles;
 
 /// The answer of one rank, and what all of them know together.
@@ -92,13 +99,31 @@ pub fn solve_steps_on_ranks(
     if let Some(accuracy) = case.accuracy.as_ref().filter(|accuracy| accuracy.refines()) {
         return refined((case, accuracy), ranks, keep, observer, small::MOST_UNKNOWNS);
     }
-    let begun = Begun::new(ranks);
-    let share = share::share(case, &*begun.ranks)?;
-    if let Some(keep) = keep.filter(|_| ranks.rank() == 0) {
-        share.points.warnings.iter().for_each(|warning| (keep.tell)(&Stage::Warning(warning)));
+    let (mut case, mut keep) = (case.clone(), keep.cloned());
+    if let Some(keep) = keep.as_ref().filter(|_| !case.steps.is_empty()) {
+        case = widened_before(keep, case, &**ranks)?;
     }
-    let how = How { keep, ..How::default() };
-    Ok(begun.solved((case, share), how, observer)?.answer)
+    let mut widenings = 0;
+    loop {
+        let begun = Begun::new(ranks);
+        let share = share::share(&case, &*begun.ranks)?;
+        let how = How { keep: keep.as_ref(), tell: keep.as_ref().map(|keep| keep.tell), ..How::default() };
+        let Solved { answer, needed, .. } = begun.solved((&case, share), how, observer)?;
+        match with_searches(&case, &needed).filter(|_| widenings < MOST_WIDENINGS) {
+            Some(wider) => (case, widenings) = (wider, widenings + 1),
+            None => return Ok(answer),
+        }
+        tell_again(keep.as_ref(), &answer, &**ranks);
+        keep.iter_mut().for_each(|keep| keep.resume = false);
+    }
+}
+
+/// Says that a case is solved again with contact that was found beyond where it was looked for.
+fn tell_again(keep: Option<&Keep>, answer: &RankedAnswer, ranks: &dyn Ranks) {
+    if let Some(keep) = keep.filter(|_| ranks.rank() == 0) {
+        let what = answer.summary.passes_through();
+        (keep.tell)(&Stage::Note(&format!("\n{what}\nsolved again with contact there\n")));
+    }
 }
 
 /// What a solve starts from, where there is something.
@@ -117,6 +142,8 @@ pub(super) type Look<'a> = dyn FnMut(&Local, &Found, f64) -> Result<(), Error> +
 pub(super) struct How<'a> {
     pub start: Option<Start>,
     pub keep: Option<&'a Keep>,
+    /// Told at rank 0 what the case amounts to.
+    pub tell: Option<fn(&Stage)>,
     /// With it rank 0 solves nothing alone.
     pub look: Option<&'a mut Look<'a>>,
 }
@@ -127,6 +154,8 @@ pub(super) struct Solved {
     pub seconds: Seconds,
     /// `1/2 u'Ku - f'u` over all degrees of freedom of all ranks.
     pub energy: f64,
+    /// How far the surfaces of contacts have to be looked for.
+    pub needed: Searches,
 }
 
 /// A solve under way.
@@ -149,7 +178,7 @@ impl Begun {
     pub(super) fn solved(
         self,
         (case, share): (&Case, Share),
-        How { start, keep, mut look }: How,
+        How { start, keep, tell, mut look }: How,
         observer: &mut Watch<Progress>,
     ) -> Result<Solved, Error> {
         let Begun { ranks, counted, mut lap } = self;
@@ -158,6 +187,7 @@ impl Begun {
         room::piece_fits(&share.piece.mesh, &limit, &*ranks)?;
         let mut local = agree(&*ranks, local(case, share, &ranks))?;
         room::hierarchy_fits(&local, &limit, &*ranks)?;
+        let problem = told(case, &local, tell)?;
         seconds.assembly = lap();
         let (mut multigrid, own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
         seconds.setup = lap();
@@ -175,8 +205,11 @@ impl Begun {
             by_first = small::taken(case, (&mut local, &mut multigrid), answer, Vec::new(), *iterations)?;
         }
         let mut alone = by_first.is_some();
-        let (mut found, mut steps) = match by_first {
-            Some(found) => found,
+        let (mut found, mut steps, mut remarks) = match by_first {
+            Some((mut found, steps)) => {
+                let remarks = look_at(case, &local, &mut None, &mut found, end(case))?;
+                (found, steps, remarks)
+            }
             None => {
                 let start = start.map(|start| start.displacements(&local));
                 let each = (kept.as_mut(), look.as_deref_mut());
@@ -184,29 +217,46 @@ impl Begun {
             }
         };
         let unsolved = matches!(found.solution.status, Status::Stalled | Status::MaxIterations);
+        let mut escape = None;
         // Each increment that is kept has files of all ranks, and rank 0 hands the last one out alone.
         if unsolved && !alone && look.is_none() && kept.is_none() && unknowns(&local) <= small::MOST_UNKNOWNS {
             match small::by_first(case, &mut local, &mut multigrid, observer)? {
                 Some(small::Alone::Solved(other, of_other)) => {
                     let before = found.solution.counts.cycles;
                     (found, steps, alone) = (*other, of_other, true);
+                    let t = steps.last().map_or(end(case), |step| step.t);
+                    remarks = look_at(case, &local, &mut None, &mut found, t)?;
                     found.solution.counts.cycles += before;
                 }
-                Some(small::Alone::NoEquilibrium) => found.solution.status = Status::NoEquilibrium,
+                Some(small::Alone::NoEquilibrium(how)) => {
+                    (found.solution.status, escape) = (Status::NoEquilibrium, how);
+                    remarks = Remarks { micromotions: remarks.micromotions, ..Remarks::default() };
+                }
                 None => {}
             }
         }
         let Found { solution, everywhere: here, shortening } = &found;
         let tractions = tractions(&local, &here.lambda);
-        let contact = totals(&local, &multigrid, solution, &tractions);
+        let (contact, pairs) = totals(&local, &multigrid, solution, &tractions);
         let energy = energy(&local, &here.free);
+        let (couples, displacement) = (couples(&local, &found), largest_displacement(&local, &found));
         seconds.iteration = lap();
         let traffic = since(before, counted.traffic());
-        let summary = summary(case, &local, &multigrid, (solution, contact, steps), &here.u, &seconds, traffic);
+        let summary = summary(case, &local, &multigrid, (solution, contact, steps), displacement.0, &seconds, traffic);
         let t = summary.steps.last().map_or(end(case), |step| step.t);
         let couplings = coupling_states(&local, here, t);
         let summary = summary.with_bolts(states(&local, &here.u, shortening)).with_couplings(couplings);
-        let summary = summary.found_by_first(alone);
+        let mut summary = summary.found_by_first(alone);
+        summary.problem = problem;
+        summary.pairs = remarks.pairs(pairs);
+        summary.escape_mode = escape.as_ref().map(|escape: &Escape| escape.motion.clone());
+        let Remarks { overlaps, smallness, needed, .. } = remarks;
+        (summary.overlaps, summary.smallness) = (overlaps, smallness);
+        let step = summary.steps.last().and_then(|last| case.steps.iter().position(|step| step.name == last.name));
+        let targets = local.bolts.iter().filter_map(|bolt| bolt.bolt.target(step.unwrap_or(0), t).ok()).collect();
+        let (certificate, restarts) = (&solution.certificate, solution.counts.restarts);
+        let known = Known { certificate, couples: &couples, displacement, escape: escape.as_ref(), targets, restarts };
+        summary.report = rows(case, &summary, known);
         // What looks at the only answer of a case has room then.
         drop(multigrid);
         if let Some(look) = look.filter(|_| case.steps.is_empty()) {
@@ -216,7 +266,7 @@ impl Begun {
         let Found { everywhere: Everywhere { u, free, lambda, states }, shortening, .. } = found;
         let (tractions, error) = (tractions.points, Vec::new());
         let answer = RankedAnswer { local, u, free, lambda, tractions, states, shortening, error, summary };
-        Ok(Solved { answer, seconds, energy })
+        Ok(Solved { answer, seconds, energy, needed })
     }
 }
 
@@ -232,7 +282,8 @@ impl Start {
         };
         let mut components = u.into_flattened();
         local.model.dofs.to_components(&mut components);
-        local.model.dofs.free.iter().map(|&dof| components[dof as usize]).collect()
+        let dofs = &local.model.dofs;
+        dofs.free.iter().map(|&dof| components[dofs.mesh_dof(dof) as usize]).collect()
     }
 }
 
@@ -243,7 +294,7 @@ fn march(
     (settings, start): (friction::Settings, Option<Vec<f64>>),
     (mut kept, mut look): (Option<&mut Kept>, Option<&mut Look>),
     observer: &mut Watch<Progress>,
-) -> Result<(Found, Vec<RankedStep>), Error> {
+) -> Result<(Found, Vec<RankedStep>, Remarks), Error> {
     let ranks = Arc::clone(&local.division.ranks);
     let mut stopped = false;
     let mut watch = |progress: &Progress| {
@@ -252,7 +303,7 @@ fn march(
     };
     let (slid, shortening) = (vec![0.0; 2 * local.problem.points()], vec![0.0; local.bolts.len()]);
     let (lost, answers) = (Vec::new(), Vec::new());
-    let mut march = March { at: Position::start(), slid, shortening, lost, answers, start };
+    let mut march = March { at: Position::start(), slid, shortening, lost, answers, start, moved: None };
     let mut steps = Vec::new();
     if let Some(finished) = kept.as_mut().and_then(|kept| kept.finished()) {
         steps = march.go_on(finished, local, case)?;
@@ -263,13 +314,9 @@ fn march(
         let t = span.map_or(end(case), |[_, t]| t);
         let targets = solver.local.bolts.iter().map(|b| b.bolt.target(march.at.step, t)).collect::<Result<Vec<_>, _>>();
         let targets = agree(&*ranks, targets)?;
-        let found = solver.step(&march, &targets, t)?;
-        if span.is_none() {
-            return Ok((found, steps));
-        }
-        let solved = found.solution.status == Status::Solved;
+        let mut found = solver.step(&march, &targets, t)?;
         let unsolved = [Status::MaxIterations, Status::Stalled, Status::NoEquilibrium];
-        let may_be_shorter = unsolved.contains(&found.solution.status);
+        let may_be_shorter = span.is_some() && unsolved.contains(&found.solution.status);
         if may_be_shorter
             && !found.solution.certificate.is_as_good_as_the_data()
             && let Some(shorter) = march.at.halve()
@@ -277,12 +324,18 @@ fn march(
             march.at = shorter;
             continue;
         }
+        let remarks = look_at(case, solver.local, &mut march.moved, &mut found, t)?;
+        if span.is_none() {
+            return Ok((found, steps, remarks));
+        }
+        let solved = found.solution.status == Status::Solved;
         look.as_mut().map_or(Ok(()), |look| look(solver.local, &found, t))?;
         let tractions = tractions(solver.local, &found.everywhere.lambda);
         let contact = totals(solver.local, solver.multigrid, &found.solution, &tractions);
         let bolts = states(solver.local, &found.everywhere.u, &found.shortening);
         let couplings = coupling_states(solver.local, &found.everywhere, t);
-        let step = RankedStep::new(case, march.at.step, t, &found.solution, contact);
+        let name = case.steps.get(march.at.step).map_or(String::new(), |step| step.name.clone());
+        let step = RankedStep::new((name, t), &found.solution, contact, &remarks);
         steps.push(step.with_bolts(bolts).with_couplings(couplings));
         march.at = march.at.advance(&case.steps);
         if let Some(kept) = &mut kept {
@@ -290,7 +343,7 @@ fn march(
             kept.add((solver.local, case), (free, lambda, states), &steps, march.at)?;
         }
         if !solved || march.at.span(&case.steps).is_none() {
-            return Ok((found, steps));
+            return Ok((found, steps, remarks));
         }
         march.slid = sliding(solver.local, &found.everywhere.free);
         march.lost.clone_from(&solver.local.timed.lost);
@@ -322,11 +375,25 @@ fn energy(local: &Local, u: &[f64]) -> f64 {
 }
 
 /// Unknown displacements of all ranks.
-fn unknowns(local: &Local) -> usize {
+pub(super) fn unknowns(local: &Local) -> usize {
     let labels = local.problem.elastic.node_of.iter().flatten();
     let mut sums = [labels.filter(|&&label| local.division.is_own(label)).count() as f64];
     sum(&*local.division.ranks, &mut sums);
     sums[0] as usize
+}
+
+/// Tells what the case amounts to, and returns that, the same on every rank.
+///
+/// # Errors
+/// As [`facts`].
+fn told(case: &Case, local: &Local, tell: Option<fn(&Stage)>) -> Result<Vec<Row>, Error> {
+    let facts = facts(case, local)?;
+    if let (Some(facts), Some(tell)) = (&facts, tell) {
+        tell(&Stage::Posed(facts, 0));
+    }
+    let rows = serde_json::to_vec(&facts.map(|facts| problem_rows(&facts))).unwrap_or_default();
+    let rows = serde_json::from_slice(&broadcast(&*local.division.ranks, rows));
+    Ok(rows.ok().flatten().unwrap_or_default())
 }
 
 fn since(before: Traffic, now: Traffic) -> Traffic {
@@ -379,7 +446,7 @@ pub(super) fn axes(local: &Local, j: usize) -> (u32, [V3; 3]) {
             *axis = add(*axis, scale(value, dofs.direction(dof)));
         }
     }
-    (node, axes)
+    (dofs.mesh_node(node), axes)
 }
 
 fn summary(
@@ -387,14 +454,11 @@ fn summary(
     local: &Local,
     multigrid: &Multigrid,
     (solution, contact, steps): (&Solution, Totals, Vec<RankedStep>),
-    u: &[V3],
+    displacement: f64,
     seconds: &Seconds,
     traffic: Traffic,
 ) -> RankedSummary {
     let ranks = &*local.division.ranks;
-    let own = u.iter().enumerate().filter(|(v, _)| local.division.is_own(*v as u32));
-    let mut largest = [own.map(|(_, u)| norm(*u)).fold(0.0, f64::max)];
-    max(ranks, &mut largest);
     let [nodes, ghosts] = multigrid.nodes_here();
     let of_steps: usize = steps.iter().map(|step| step.iterations).sum();
     let cycles = of_steps.max(solution.counts.cycles).max(1) as f64;
@@ -410,7 +474,7 @@ fn summary(
         peak_memory_bytes: machine::peak_memory(),
     };
     let records = gather_all(ranks, record.to_bytes()).iter().map(|bytes| RankRecord::from_bytes(bytes)).collect();
-    RankedSummary::new(case, local.sizes, solution, contact, unknowns(local), largest[0], records, seconds)
+    RankedSummary::new(case, local.sizes, solution, contact, (unknowns(local), displacement), records, seconds)
         .with_levels(multigrid.level_sizes())
         .with_steps(steps)
 }

@@ -34,7 +34,9 @@ pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], sh
     let initial = initial_forces(local, case)?;
     let Local { model, problem, timed, .. } = local;
     let at = |list: &[u32]| -> Vec<f64> { list.iter().map(|&dof| forces[dof as usize]).collect() };
-    let (mut load, mut support_load) = (at(&dofs.free), at(&dofs.prescribed));
+    // On layers of interfaces that yield nothing acts.
+    let free = |dof: &u32| forces.get(*dof as usize).copied().unwrap_or(0.0);
+    let (mut load, mut support_load) = (model.dofs.free.iter().map(free).collect::<Vec<f64>>(), at(&dofs.prescribed));
     if let Some(forces) = initial {
         let add = |sum: &mut [f64], more: Vec<f64>| sum.iter_mut().zip(more).for_each(|(sum, f)| *sum += f);
         add(&mut load, problem.contact.B.transpose_times(&forces));

@@ -41,7 +41,9 @@ enum Source {
 pub(super) struct Whole {
     tied: Tied,
     sources: Vec<Source>,
-    couplings: Vec<Coupling>,
+    pub couplings: Vec<Coupling>,
+    /// Displacements that equations hold.
+    pub held: usize,
     /// The nodes that ties join, each list ascending.
     together: Vec<Vec<u32>>,
 }
@@ -67,6 +69,7 @@ impl Whole {
             return Ok(Whole::default());
         }
         let mut list = ties_of_equations(solid.mesh, dofs, &case.equations)?;
+        let tied_dofs = list.iter().flat_map(|tie| tie.entries.keys()).collect::<HashSet<_>>().len();
         let mut sources: Vec<Source> = (0..list.len()).map(Source::Equation).collect();
         let (couplings, of_couplings) = couplings(solid, dofs, case, list.len())?;
         for (k, coupling) in couplings.iter().enumerate() {
@@ -80,7 +83,7 @@ impl Whole {
         let taken: HashSet<u32> = points.nodes().chain(points.links().into_iter().flatten()).collect();
         let tied = Tied::new(dofs, list, &taken)?;
         let together = together(&tied.list);
-        let whole = Whole { tied, sources, couplings, together };
+        let whole = Whole { tied, sources, couplings, held: tied_dofs, together };
         whole.refuse_values(case, solid.mesh, held)?;
         whole.refuse_closed_chains(dofs, points)?;
         Ok(whole)

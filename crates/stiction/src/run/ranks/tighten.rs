@@ -7,13 +7,15 @@ use std::sync::Arc;
 use super::bolts;
 use super::keep::Finished;
 use super::local::{Local, changes};
+use super::outside::moved;
 use super::record::RankedStep;
 use super::solve::{Everywhere, everywhere};
 use super::steps::{put_state, slid};
 use super::timed::{changes_laws, lose_strength, note_where_it_stands};
 use crate::Error;
 use crate::certificate::ghost_values;
-use crate::contact::ContactProblem;
+use crate::contact::{ContactProblem, Moved};
+use crate::fem::full_displacement;
 use crate::friction::{self, Multigrid, Progress, Solution, Status, solve_multigrid, tighten_by_multigrid};
 use crate::io::case::Case;
 use crate::linalg::Watch;
@@ -35,6 +37,8 @@ pub(super) struct March {
     pub answers: Vec<Answer>,
     /// Displacements of all unknowns here to begin with, where some are known.
     pub start: Option<Vec<f64>>,
+    /// Where the outside has moved to by the end of the last step, at rank 0; none before the first.
+    pub moved: Option<Moved>,
 }
 
 /// What acts at a time, and the answer, of all unknowns and points here.
@@ -67,6 +71,10 @@ impl March {
             }
             let (f, gap) = (local.problem.elastic.f.clone(), local.problem.contact.gap.clone());
             self.answers.push(Answer { t: record.t, f, gap, u });
+        }
+        if let (Some(record), Some(last)) = (records.last(), self.answers.last()) {
+            let u = full_displacement(&local.model, &last.u);
+            self.moved = agree(&*ranks, moved(local, u.as_chunks().0, record.t))?;
         }
         self.at = at;
         Ok(records)

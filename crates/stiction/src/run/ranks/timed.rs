@@ -157,7 +157,7 @@ pub(super) fn laws(local: &Local, case: &Case, t: f64) -> Result<Vec<Friction>, 
         let contact = &case.contacts[k as usize];
         (&contact.friction, pair.points.clone(), &contact.spot)
     });
-    let node = |j: usize| local.division.points[j];
+    let node = |j: usize| local.node_of(j);
     let changed = coefficients::at(&local.piece.mesh, &timed.laws, surfaces, &node, t)?;
     let mut laws = timed.activity.laws(changed, &timed.laws, t).unwrap_or_else(|| timed.laws.clone());
     take_lost_strength(&mut laws, &timed.lost);

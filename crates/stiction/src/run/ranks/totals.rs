@@ -9,11 +9,20 @@ use crate::ranks::{Wire, gather_all, max, sum, to_bytes};
 use crate::run::solve::Totals;
 use crate::run::solve::tractions::Traction;
 
-/// Sums over the points of this rank.
-fn of_rank(local: &Local, multigrid: &Multigrid, solution: &Solution, tractions: &[Traction]) -> (Totals, [f64; 4]) {
-    let (labels, own) = (&local.problem.labels, multigrid.own_points());
-    let m = own.len();
-    let of_contacts = own.iter().enumerate().filter(|(_, j)| (**j as usize) < local.timed.contact_points());
+/// Sums over the points of this rank, of one surface or of all.
+fn of_rank(
+    local: &Local,
+    own: &[u32],
+    solution: &Solution,
+    tractions: &[Traction],
+    surface: Option<usize>,
+) -> (Totals, [f64; 4]) {
+    let (labels, m) = (&local.problem.labels, own.len());
+    let range = match surface {
+        Some(k) => labels.pairs[k].points.clone(),
+        None => 0..local.timed.contact_points(),
+    };
+    let of_contacts = own.iter().enumerate().filter(|(_, j)| range.contains(&(**j as usize)));
     let mut t = Totals { points: of_contacts.clone().count(), ..Totals::default() };
     let mut most = [0.0, f64::NAN, f64::NAN, f64::NAN];
     for (place, &j) in of_contacts {
@@ -44,10 +53,32 @@ fn of_rank(local: &Local, multigrid: &Multigrid, solution: &Solution, tractions:
     (t, most)
 }
 
-/// The totals of all ranks.
-pub(super) fn totals(local: &Local, multigrid: &Multigrid, solution: &Solution, tractions: &RankTractions) -> Totals {
+/// The totals of all ranks, over all surfaces and of each with its name.
+pub(super) fn totals(
+    local: &Local,
+    multigrid: &Multigrid,
+    solution: &Solution,
+    tractions: &RankTractions,
+) -> (Totals, Vec<(String, Totals)>) {
+    let of = |surface| of_ranks(local, multigrid, solution, tractions, surface);
+    let pairs = local.problem.labels.pairs.iter().take(local.signs.len()).enumerate();
+    (of(None), pairs.map(|(k, pair)| (pair.name.clone(), of(Some(k)))).collect())
+}
+
+fn of_ranks(
+    local: &Local,
+    multigrid: &Multigrid,
+    solution: &Solution,
+    tractions: &RankTractions,
+    surface: Option<usize>,
+) -> Totals {
     let ranks = &*local.division.ranks;
-    let (t, most) = of_rank(local, multigrid, solution, &tractions.points);
+    let (t, most) = of_rank(local, multigrid.own_points(), solution, &tractions.points, surface);
+    let other = &tractions.max_other_pressure;
+    let max_other_pressure = match surface {
+        Some(k) => other.get(k).copied().unwrap_or(0.0),
+        None => other.iter().fold(0.0, |most: f64, pressure| most.max(*pressure)),
+    };
     let [x, y, z] = t.tangential_force;
     let counts = [t.points, t.open, t.stick, t.slip].map(|count| count as f64);
     let mut sums = [counts.as_slice(), &[t.open_area, t.stick_area, t.slip_area, t.normal_force, x, y, z]].concat();
@@ -73,6 +104,6 @@ pub(super) fn totals(local: &Local, multigrid: &Multigrid, solution: &Solution, 
         max_pressure: pressure,
         max_pressure_at: (pressure > 0.0).then_some(at),
         max_shear: largest[2],
-        max_other_pressure: tractions.max_other_pressure,
+        max_other_pressure,
     }
 }

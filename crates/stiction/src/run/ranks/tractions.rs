@@ -10,10 +10,10 @@ use crate::mesh::v3::{V3, add, dot, scale};
 use crate::ranks::{gather, put, take};
 use crate::run::solve::tractions::{Traction, project};
 
-/// Tractions of all points here, and the largest pressure at a node of another surface, the same on every rank.
+/// Tractions of all points here, and of each surface the largest pressure at a node of the other one, the same on every rank.
 pub(super) struct RankTractions {
     pub points: Vec<Traction>,
-    pub max_other_pressure: f64,
+    pub max_other_pressure: Vec<f64>,
 }
 
 /// Those of an answer; `lambda` are the multipliers of all points here.
@@ -30,7 +30,7 @@ pub(super) fn tractions(local: &Local, lambda: &[f64]) -> RankTractions {
     };
     let mut points: Vec<Traction> = (0..m).map(quotient).collect();
     if !local.between_bodies.contains(&true) {
-        return RankTractions { points, max_other_pressure: 0.0 };
+        return RankTractions { points, max_other_pressure: vec![0.0; local.signs.len()] };
     }
     let is_own = |j: &usize| division.is_own(division.points[*j]) && local.between_bodies[local.pair_of(*j)];
     let own: Vec<usize> = (0..local.timed.contact_points()).filter(is_own).collect();
@@ -48,7 +48,7 @@ pub(super) fn tractions(local: &Local, lambda: &[f64]) -> RankTractions {
 }
 
 /// The means at the points `own`, found by rank 0 for all ranks.
-fn exchanged(local: &Local, own: &[usize], quotients: &[Traction]) -> (Vec<Traction>, f64) {
+fn exchanged(local: &Local, own: &[usize], quotients: &[Traction]) -> (Vec<Traction>, Vec<f64>) {
     let ranks = &*local.division.ranks;
     let shared: Vec<Vec<(u64, f64)>> = own.iter().map(|&j| shared(local, j)).collect();
     let mut message = Vec::new();
@@ -60,15 +60,14 @@ fn exchanged(local: &Local, own: &[usize], quotients: &[Traction]) -> (Vec<Tract
     let reply = match gather(ranks, message) {
         None => ranks.exchange(Vec::new(), &[0]).swap_remove(0),
         Some(messages) => {
-            let mut replies = replies(&messages);
+            let mut replies = replies(&messages, local.signs.len());
             let own = replies.remove(0);
             ranks.exchange(replies.into_iter().zip(1..).map(|(reply, rank)| (rank, reply)).collect(), &[]);
             own
         }
     };
     let mut from = &reply[..];
-    let (means, most): (Vec<Traction>, Vec<f64>) = (take(&mut from), take(&mut from));
-    (means, most[0])
+    (take(&mut from), take(&mut from))
 }
 
 /// What a point shares with the nodes of the other surface, by their numbers in the whole mesh, with the partition of unity in it;
@@ -102,11 +101,11 @@ fn shared(local: &Local, j: usize) -> Vec<(u64, f64)> {
 /// A point of a rank: its pair, its quotient of force and area, and what it shares.
 type Sent = (u32, Traction, Vec<(u64, f64)>);
 
-/// The messages of rank 0 to all ranks.
-fn replies(messages: &[Vec<u8>]) -> Vec<Vec<u8>> {
+/// The messages of rank 0 to all ranks, of so many surfaces.
+fn replies(messages: &[Vec<u8>], surfaces: usize) -> Vec<Vec<u8>> {
     let all: Vec<Vec<Sent>> = messages.iter().map(|message| sent(message)).collect();
     let mut means: Vec<Vec<Traction>> = all.iter().map(|points| vec![[0.0; 4]; points.len()]).collect();
-    let mut most: f64 = 0.0;
+    let mut most = vec![0.0; surfaces];
     let pairs: BTreeSet<u32> = all.iter().flatten().map(|point| point.0).collect();
     for pair in pairs {
         let of_rank = |(rank, points): (usize, &Vec<Sent>)| {
@@ -124,12 +123,12 @@ fn replies(messages: &[Vec<u8>]) -> Vec<Vec<u8>> {
         let quotients: Vec<Traction> = rows().map(|point| point.1).collect();
         let (of_points, of_nodes) = project(&shared, &quotients, nodes.len());
         places.iter().zip(of_points).for_each(|(&(rank, place), mean)| means[rank][place] = mean);
-        most = of_nodes.iter().flatten().fold(most, |most, traction| most.max(traction[0]));
+        most[pair as usize] = of_nodes.iter().flatten().fold(0.0, |most: f64, traction| most.max(traction[0]));
     }
     let reply = |means: &Vec<Traction>| {
         let mut to = Vec::new();
         put(means, &mut to);
-        put(&[most], &mut to);
+        put(&most, &mut to);
         to
     };
     means.iter().map(reply).collect()

@@ -263,8 +263,7 @@ fn surface(answer: &RankedAnswer) -> GridFields {
     let [mut pressure, mut gap] = [vec![f64::NAN; n], vec![f64::NAN; n]];
     let [mut shear, mut slip, mut force] = [vec![[f64::NAN; 3]; n], vec![[f64::NAN; 3]; n], vec![[0.0; 3]; n]];
     let mut status = vec![-1; n];
-    let free: Vec<f64> = answer.local.model.dofs.free.iter().map(|&dof| along(answer, dof)).collect();
-    let left = problem.gap_and_slip(&free);
+    let left = problem.gap_and_slip(&answer.free);
     for j in 0..answer.local.timed.contact_points() {
         let (node, [normal, t1, t2]) = axes(&answer.local, j);
         let Ok(at) = nodes.binary_search(&node) else { continue };
@@ -287,10 +286,4 @@ fn surface(answer: &RankedAnswer) -> GridFields {
         integers: vec![("status", status)],
         of_cells: None,
     }
-}
-
-/// The displacement of a degree of freedom along its own direction.
-fn along(answer: &RankedAnswer, dof: u32) -> f64 {
-    let (u, d) = (answer.u[(dof / 3) as usize], answer.local.model.dofs.direction(dof));
-    (0..3).map(|c| u[c] * d[c]).sum()
 }

@@ -7,7 +7,7 @@ mod beside;
 pub(super) mod check;
 pub(super) mod check_steps;
 mod contact_csv;
-mod facts_text;
+pub(super) mod facts_text;
 pub(super) mod fields;
 mod fretting;
 #[cfg(feature = "report")]
@@ -17,15 +17,15 @@ mod kept;
 mod level_file;
 mod masters;
 mod method_text;
-mod overlap_text;
+pub(super) mod overlap_text;
 #[cfg(feature = "report")]
 mod page;
 mod pair_text;
 #[cfg_attr(not(feature = "plots"), path = "no_pictures.rs")]
 mod pictures;
-mod report;
+pub(super) mod report;
 mod rows;
-mod smallness_text;
+pub(super) mod smallness_text;
 pub(super) mod step_file;
 pub(super) mod summary;
 pub(super) mod sums;
@@ -44,8 +44,7 @@ pub(super) use level_file::{LEVELS, keep_levels, kept_levels, problem_fingerprin
 pub use masters::pair_fields as surface_fields;
 #[cfg(feature = "report")]
 pub use page::{write_report, write_report_on};
-pub(super) use report::coupling_rows;
-pub use report::{Report, limit_load, passes_through, report, uniqueness};
+pub use report::{Report, ended_short, limit_load, passes_through, report, uniqueness};
 pub use rows::Row;
 pub(super) use rows::{Rows, print};
 pub use step_file::{StepFiles, begin_steps, keep_step, widened_before};

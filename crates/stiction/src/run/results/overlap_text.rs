@@ -2,24 +2,33 @@
 
 use crate::io::text::{number, triple};
 use crate::run::pose::Prepared;
-use crate::run::solve::{Outcome, OverlapName, OverlapRecord};
+use crate::run::solve::{Outcome, OverlapName, OverlapRecord, Whereabouts};
 
 /// One sentence each.
-pub(super) struct Sentences {
+pub(in crate::run) struct Sentences {
     /// Those that make the answer none.
-    pub(super) refused: Vec<String>,
+    pub refused: Vec<String>,
     /// Those a person should know of.
-    pub(super) warnings: Vec<String>,
+    pub warnings: Vec<String>,
 }
 
 /// What is to be said of the overlaps of an answer and, where they have gone again, of the steps before it.
 pub(super) fn sentences(prepared: &Prepared, outcome: &Outcome) -> Sentences {
-    let last = outcome.overlaps.iter().map(|overlap| (String::new(), OverlapRecord::of(prepared, overlap)));
-    let mut all: Vec<(String, OverlapRecord)> = last.collect();
-    for step in outcome.steps.iter().rev() {
-        for overlap in &step.answer.overlaps {
+    let last = outcome.overlaps.iter().map(|overlap| OverlapRecord::of(Whereabouts::of(prepared), overlap)).collect();
+    let steps = outcome.steps.iter().map(|step| (step.step, step.t, &step.answer.overlaps[..]));
+    of_records(last, steps)
+}
+
+/// The same of the records of an answer and of its load steps, each with its number from 1 and its time.
+pub(in crate::run) fn of_records<'a>(
+    last: Vec<OverlapRecord>,
+    steps: impl DoubleEndedIterator<Item = (usize, f64, &'a [OverlapRecord])>,
+) -> Sentences {
+    let mut all: Vec<(String, OverlapRecord)> = last.into_iter().map(|overlap| (String::new(), overlap)).collect();
+    for (number_of_step, t, overlaps) in steps.rev() {
+        for overlap in overlaps {
             if !all.iter().any(|(_, known)| same(known, overlap)) {
-                all.push((format!("in step {} (t = {}): ", step.step, number(step.t)), overlap.clone()));
+                all.push((format!("in step {number_of_step} (t = {}): ", number(t)), overlap.clone()));
             }
         }
     }

@@ -17,7 +17,7 @@ use crate::io::text::{measure, number, triple};
 use crate::mesh::many;
 use crate::run::pose::Prepared;
 use crate::run::pose::bolts::Target;
-use crate::run::solve::quantities::{couples, largest_displacement};
+use crate::run::solve::quantities::{Couple, couples, largest_displacement};
 use crate::run::solve::{
     BalanceRecord, BoltState, BoundRecord, CouplingState, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states,
     coupling_states, escape, pair_totals, totals, word,
@@ -62,48 +62,22 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     method_text::shortfall(outcome).into_iter().for_each(|why| rows.more(why));
     let overlaps = overlap_text::sentences(prepared, outcome);
     overlaps.refused.into_iter().for_each(|what| rows.more(what));
-    if let Some(Escape { motion, facts, remedy }) = escape(&prepared.problem, solution.status) {
-        rows.more(format!("the loads carry away {motion}"));
-        facts.into_iter().for_each(|fact| rows.more(fact));
-        rows.more(format!("remedy: {remedy}"));
-        rows.more("what follows, and the files, show a body that the solver holds by force: they are no result".into());
-    }
+    escape(&prepared.problem, solution.status).into_iter().for_each(|escape| escape_rows(&mut rows, &escape));
     limit_load(prepared, outcome).into_iter().for_each(|what| rows.more(what));
     shortfalls(prepared, outcome).into_iter().for_each(|what| rows.more(what));
-    rows.add("certificate", certificate(&solution.certificate));
-    worst_part(&solution.certificate).into_iter().for_each(|part| rows.more(part));
-    if solution.certificate.data_rounding.is_some_and(|rounding| rounding > solution.certificate.tolerance) {
-        rows.more(
-            "what the numbers given leave open is larger: count displacements and obstacles from where the".into(),
-        );
-        rows.more("bodies meet, or ask for a larger tolerance".into());
-    }
+    certificate_rows(&mut rows, &solution.certificate);
     if prepared.facts.points > 0 {
         let pairs = pair_totals(prepared, outcome);
-        let several = pairs.len() > 1;
-        for (name, t) in &pairs {
-            let head = if several { format!("\"{name}\": ") } else { String::new() };
-            contact(&mut rows, &head, t);
-        }
-        if several {
-            contact(&mut rows, "all pairs: ", &totals(prepared, outcome));
-        }
+        contact_rows(&mut rows, pairs.iter().map(|(name, t)| (&name[..], t)), &totals(prepared, outcome));
     }
-    for BoltState { name, force, shortening } in bolt_states(prepared, outcome) {
-        rows.add("bolt", format!("\"{name}\": force {}, shortening {}", number(force), number(shortening)));
-    }
+    bolt_rows(&mut rows, &bolt_states(prepared, outcome));
     coupling_rows(&mut rows, &coupling_states(prepared, outcome));
     overlaps.warnings.into_iter().for_each(|warning| rows.add("warning", warning));
-    let left = smallness_text::warnings(outcome.smallness.as_ref(), &outcome.steps);
+    let of_steps = outcome.steps.iter().map(|step| (step.answer.smallness.as_ref(), step.t));
+    let left = smallness_text::warnings(outcome.smallness.as_ref(), of_steps);
     left.into_iter().for_each(|warning| rows.add("warning", warning));
-    for couple in couples(prepared, &outcome.solution.u, &outcome.solution.lambda) {
-        let (moment, part) = (triple(couple.moment), accuracy_text::percent(couple.part));
-        let what = "shear acts at either surface, and these lie apart: of the moments of the contact forces the couple";
-        let remedy = "mesh the surfaces where they touch, or move one there";
-        rows.add("warning", format!("contact \"{}\": {what} {moment} is left, {part} of them; {remedy}", couple.pair));
-    }
-    let (size, place) = largest_displacement(prepared, outcome);
-    rows.add("displacement", format!("at most {} at {}", number(size), triple(place)));
+    couple_rows(&mut rows, &couples(prepared, &outcome.solution.u, &outcome.solution.lambda));
+    displacement_row(&mut rows, largest_displacement(prepared, outcome));
     outcome.smallness.iter().for_each(|of| rows.add("deformation", smallness_text::line(of)));
     if let Some(estimate) = &outcome.estimate {
         let error = accuracy_text::percent(estimate.relative());
@@ -128,6 +102,64 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     }
     rows.add("work", work(outcome));
     Report { rows: rows.0, cost: cost(outcome) }
+}
+
+/// How a body is carried away.
+pub(in crate::run) fn escape_rows(rows: &mut Rows, Escape { motion, facts, remedy }: &Escape) {
+    rows.more(format!("the loads carry away {motion}"));
+    facts.iter().for_each(|fact| rows.more(fact.clone()));
+    rows.more(format!("remedy: {remedy}"));
+    rows.more("what follows, and the files, show a body that the solver holds by force: they are no result".into());
+}
+
+/// What the certificate says.
+pub(in crate::run) fn certificate_rows(rows: &mut Rows, of: &Certificate) {
+    rows.add("certificate", certificate(of));
+    worst_part(of).into_iter().for_each(|part| rows.more(part));
+    if of.data_rounding.is_some_and(|rounding| rounding > of.tolerance) {
+        rows.more(
+            "what the numbers given leave open is larger: count displacements and obstacles from where the".into(),
+        );
+        rows.more("bodies meet, or ask for a larger tolerance".into());
+    }
+}
+
+/// Each pair by its name, and where there are several all of them.
+pub(in crate::run) fn contact_rows<'a>(
+    rows: &mut Rows,
+    pairs: impl ExactSizeIterator<Item = (&'a str, &'a Totals)>,
+    all: &Totals,
+) {
+    let several = pairs.len() > 1;
+    for (name, t) in pairs {
+        let head = if several { format!("\"{name}\": ") } else { String::new() };
+        contact(rows, &head, t);
+    }
+    if several {
+        contact(rows, "all pairs: ", all);
+    }
+}
+
+/// What bolts bear.
+pub(in crate::run) fn bolt_rows(rows: &mut Rows, bolts: &[BoltState]) {
+    for BoltState { name, force, shortening } in bolts {
+        rows.add("bolt", format!("\"{name}\": force {}, shortening {}", number(*force), number(*shortening)));
+    }
+}
+
+/// A warning for each couple that is left.
+pub(in crate::run) fn couple_rows(rows: &mut Rows, couples: &[Couple]) {
+    for Couple { pair, moment, part } in couples {
+        let (moment, part) = (triple(*moment), accuracy_text::percent(*part));
+        let what = "shear acts at either surface, and these lie apart: of the moments of the contact forces the couple";
+        let remedy = "mesh the surfaces where they touch, or move one there";
+        rows.add("warning", format!("contact \"{pair}\": {what} {moment} is left, {part} of them; {remedy}"));
+    }
+}
+
+/// The largest displacement, and where it is.
+pub(in crate::run) fn displacement_row(rows: &mut Rows, (size, place): (f64, [f64; 3])) {
+    rows.add("displacement", format!("at most {} at {}", number(size), triple(place)));
 }
 
 /// The largest estimated error of any load step with its time; `None` if it is that of the last one.
@@ -208,7 +240,7 @@ fn steps(rows: &mut Rows, all: &[StepRecord], last: &StepRecord) {
     let StepRecord { name, t, dt, attempts, .. } = last;
     let again = all.iter().filter(|step| step.attempts > 1).count();
     let again = if again == 0 { String::new() } else { format!(", {again} of them not at the first attempt") };
-    rows.add("steps", format!("{} to t = {}{again}; below is the last", many(all.len(), "step"), number(*t)));
+    rows.add("steps", steps_solved(all.len(), *t, &again));
     if matches!(last.answer.status, Status::MaxIterations | Status::Stalled) {
         let span = format!("from t = {} to {}", number(t - dt), number(*t));
         rows.more(format!(
@@ -218,6 +250,11 @@ fn steps(rows: &mut Rows, all: &[StepRecord], last: &StepRecord) {
     let BalanceRecord { work, elastic, dissipation, drift } = last.balance;
     let [work, elastic, dissipated, drift] = [work, elastic, dissipation, drift].map(number);
     rows.add("energy", format!("work {work} = elastic {elastic} + dissipated {dissipated} + drift {drift}"));
+}
+
+/// So many steps, up to time `t`.
+pub(in crate::run) fn steps_solved(count: usize, t: f64, again: &str) -> String {
+    format!("{} to t = {}{again}; below is the last", many(count, "step"), number(t))
 }
 
 fn has_coulomb(prepared: &Prepared) -> bool {
@@ -250,7 +287,7 @@ fn other_side(t: &Totals) -> String {
 }
 
 /// How the iteration ended.
-fn status(status: Status, iterations: usize) -> String {
+pub(in crate::run) fn status(status: Status, iterations: usize) -> String {
     let count = many(iterations, "iteration");
     match status {
         Status::Solved => format!("solved after {count}"),
@@ -331,12 +368,17 @@ fn words(name: &str) -> String {
 }
 
 /// What to say of bolts that a run which ended short could not tighten.
-pub(crate) fn shortfalls(prepared: &Prepared, outcome: &Outcome) -> Vec<String> {
+fn shortfalls(prepared: &Prepared, outcome: &Outcome) -> Vec<String> {
     let (Some(last), Status::Stalled | Status::MaxIterations) = (outcome.steps.last(), outcome.solution.status) else {
         return Vec::new();
     };
     let step = prepared.loading.steps.iter().position(|step| last.name == step.name).unwrap_or(0);
     let targets = prepared.loading.targets(step, last.t).unwrap_or_default();
+    short_of(bolt_states(prepared, outcome), targets)
+}
+
+/// The same of bolts and of what is asked of each.
+pub(in crate::run) fn short_of(bolts: Vec<BoltState>, targets: Vec<Target>) -> Vec<String> {
     let short = |(bolt, target): (BoltState, Target)| match target {
         Target::Force(force) if (bolt.force - force).abs() > MISSED * force.abs() => Some(format!(
             "bolt \"{}\" has the force {:.4e} where {force:.4e} is asked for: if nothing that is held lies between its parts, \
@@ -345,7 +387,28 @@ pub(crate) fn shortfalls(prepared: &Prepared, outcome: &Outcome) -> Vec<String> 
         )),
         _ => None,
     };
-    bolt_states(prepared, outcome).into_iter().zip(targets).filter_map(short).collect()
+    bolts.into_iter().zip(targets).filter_map(short).collect()
+}
+
+/// What a run says at its end that has not solved its case; `why` goes on with it. With load steps the last ended at `t`.
+pub fn ended_short(status: Status, t: Option<f64>, why: &str) -> Option<String> {
+    match status {
+        Status::Solved | Status::Interrupted => None,
+        Status::NoEquilibrium => {
+            let why = if why.is_empty() { String::new() } else { format!(", {why}") };
+            let [when, files] = match t {
+                Some(t) => [format!(" at t = {t}"), "the files of that step hold".into()],
+                None => [String::new(), "the files hold".into()],
+            };
+            Some(format!("there is no equilibrium{when}{why}; {files} no result"))
+        }
+        Status::PassesThrough => Some(format!("{why}; the files hold bodies that pass through each other")),
+        Status::MaxIterations | Status::Stalled | Status::Uncertified => {
+            let why = if why.is_empty() { String::new() } else { format!("{why}; ") };
+            let files = "the files hold the last step and a certificate that says so";
+            Some(format!("the tolerance was not reached; {why}{files}"))
+        }
+    }
 }
 
 /// Part of a force whose lack is worth a word: that of a search which was about to end is smaller.

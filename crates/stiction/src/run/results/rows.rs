@@ -33,7 +33,7 @@ impl Rows {
     }
 
     /// Goes on with the last row.
-    pub(super) fn more(&mut self, value: String) {
+    pub(in crate::run) fn more(&mut self, value: String) {
         match self.0.last_mut() {
             Some(row) => row.more.push(value),
             None => self.add("", value),

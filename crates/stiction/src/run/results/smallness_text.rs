@@ -3,11 +3,10 @@
 use super::accuracy_text::percent;
 use crate::contact::SMALL_MOTION;
 use crate::io::text::{number, triple};
-use crate::run::solve::StepRecord;
 use crate::run::solve::quantities::{SMALL_ROTATION, SMALL_STRAIN, Smallness};
 
 /// The largest values of an answer.
-pub(super) fn line(of: &Smallness) -> String {
+pub(in crate::run) fn line(of: &Smallness) -> String {
     let slip = match &of.slip_pair {
         // Below this it is rounding.
         Some(_) if of.slip_over_face < 1e-9 => ", no slip".into(),
@@ -17,12 +16,15 @@ pub(super) fn line(of: &Smallness) -> String {
     format!("rotation at most {} degrees, strain {}{slip}", number(of.rotation), percent(of.strain))
 }
 
-/// Where the linear theory is left, a sentence for each measure: at the end, or in the load step where it is worst.
-pub(super) fn warnings(of: Option<&Smallness>, steps: &[StepRecord]) -> Vec<String> {
-    let of_steps = steps.iter().filter_map(|step| Some((step.answer.smallness.as_ref()?, Some(step.t))));
-    let all: Vec<(&Smallness, Option<f64>)> = match steps.is_empty() {
-        true => of.into_iter().map(|of| (of, None)).collect(),
-        false => of_steps.collect(),
+/// Where the linear theory is left, a sentence for each measure: in an answer `of` a case, or in the load step where it is worst, each
+/// with its time.
+pub(in crate::run) fn warnings<'a>(
+    of: Option<&'a Smallness>,
+    steps: impl ExactSizeIterator<Item = (Option<&'a Smallness>, f64)>,
+) -> Vec<String> {
+    let all: Vec<(&Smallness, Option<f64>)> = match steps.len() {
+        0 => of.into_iter().map(|of| (of, None)).collect(),
+        _ => steps.filter_map(|(of, t)| Some((of?, Some(t)))).collect(),
     };
     let worst = |value: fn(&Smallness) -> f64, limit: f64| {
         let worst = all.iter().copied().max_by(|a, b| value(a.0).total_cmp(&value(b.0)));

@@ -89,14 +89,19 @@ pub fn begin_steps(prepared: &Prepared, folder: &Path, resume: bool) -> Result<(
 pub fn widened_before(case: &Case, folder: &Path) -> Result<Case, Error> {
     let (path, mut case) = (folder.join(STATE), case.clone());
     let kept = if path.exists() { Kept::read(&path)?.0 } else { None };
-    for (name, search) in kept.map_or(Vec::new(), |kept| kept.widened()) {
-        for contact in case.contacts.iter_mut().filter(|contact| contact.name == name) {
+    widen(&mut case, &kept.map_or(Vec::new(), |kept| kept.widened()));
+    Ok(case)
+}
+
+/// Lets contacts look as far as these say by their names, length.
+pub(in crate::run) fn widen(case: &mut Case, found: &[(String, f64)]) {
+    for (name, search) in found {
+        for contact in case.contacts.iter_mut().filter(|contact| contact.name == *name) {
             if let AgainstSpec::Surface { widened, .. } = &mut contact.against {
-                *widened = Some(search);
+                *widened = Some(*search);
             }
         }
     }
-    Ok(case)
 }
 
 /// Moves the steps of a level of refinement from a folder of their own into that of the result, where they replace those of the

@@ -12,7 +12,7 @@ mod discretisation;
 mod levels;
 mod loose;
 mod nested;
-mod passing;
+pub(super) mod passing;
 mod path;
 pub(super) mod quantities;
 mod record;
@@ -34,11 +34,11 @@ pub use levels::{AccuracyRecord, GoalRecord, LevelRecord, ValueRecord};
 pub use passing::widened;
 pub use path::{Event, Outcome, Settings, StepLine, solve};
 pub use quantities::escape;
-pub(super) use record::word;
 pub use record::{
     AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, Named, OverlapName,
     OverlapRecord, PairRecord, PartRecord, SlidingRecord, StepRecord,
 };
+pub(super) use record::{Whereabouts, word};
 pub use solutions::{AttemptRecord, DistinctRecord, SolutionsRecord, UniquenessRecord};
 pub use steps::{KeepStep, Restart, Step, solve_steps};
 pub use totals::{Totals, pair_totals, totals};

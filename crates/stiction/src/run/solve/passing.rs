@@ -2,14 +2,14 @@
 
 use super::Outcome;
 use crate::Error;
-use crate::contact::{Assembly, Counterpart, Moved, OverlapKind, overlaps};
+use crate::contact::{Assembly, Counterpart, Moved, Overlap, OverlapKind, overlaps};
 use crate::fem::full_displacement;
 use crate::friction::Status;
 use crate::io::case::{AgainstSpec, Case};
 use crate::mesh::bodies;
 use crate::mesh::v3::sub;
 use crate::run::pose::load_state::translations;
-use crate::run::pose::{Prepared, stopwatch};
+use crate::run::pose::{ContactFacts, Prepared, stopwatch};
 
 /// Displacements at single nodes are known to this part of the largest, or to a hundred times the tolerance: the
 /// certificate measures balances and gaps, which a mesh turns into displacements with factors of that order.
@@ -37,6 +37,19 @@ pub(super) fn moved(prepared: &Prepared, u: &[f64], t: f64) -> Result<Moved, Err
     Ok(Moved { u, obstacles })
 }
 
+/// The overlaps of an answer that leads from `before` to `now`, certified to `tolerance`. Surfaces of a contact that `is_out` may go
+/// where they like.
+pub(crate) fn found(
+    assembly: &Assembly,
+    [before, now]: [&Moved; 2],
+    tolerance: f64,
+    is_out: &dyn Fn(usize) -> bool,
+) -> Vec<Overlap> {
+    let mut found = overlaps(assembly, before, now, ACCURACY.max(PER_TOLERANCE * tolerance));
+    found.retain(|overlap| !overlap.surface.is_some_and(is_out));
+    found
+}
+
 /// Finds the overlaps of a solved `outcome` that leads from `before` to `now`. Where contact is named and surfaces pass
 /// through each other all the same, the answer is none.
 pub(super) fn look(prepared: &Prepared, before: &Moved, now: &Moved, outcome: &mut Outcome) {
@@ -47,14 +60,12 @@ pub(super) fn look(prepared: &Prepared, before: &Moved, now: &Moved, outcome: &m
     let Prepared { mesh, surfaces, facts, .. } = prepared;
     let facts = facts.contacts.iter().map(|contact| &contact.surface).collect();
     let assembly = Assembly { mesh, body: bodies(mesh), surfaces, facts };
-    let accuracy = ACCURACY.max(PER_TOLERANCE * outcome.solution.certificate.tolerance);
-    outcome.overlaps = overlaps(&assembly, before, now, accuracy);
     // Surfaces of a contact that is out may go where they like.
     let is_out = |i: usize| {
         let (points, out) = (prepared.problem.labels.pairs[i].points.clone(), &prepared.problem.contact.out);
         !points.is_empty() && points.into_iter().all(|j| out.binary_search(&(j as u32)).is_ok())
     };
-    outcome.overlaps.retain(|overlap| !overlap.surface.is_some_and(is_out));
+    outcome.overlaps = found(&assembly, [before, now], outcome.solution.certificate.tolerance, &is_out);
     if outcome.overlaps.iter().any(|overlap| overlap.kind.is_refused()) {
         outcome.solution.status = Status::PassesThrough;
     }
@@ -64,15 +75,29 @@ pub(super) fn look(prepared: &Prepared, before: &Moved, now: &Moved, outcome: &m
 /// The case with a larger `search` wherever the surfaces of a pair have been found to meet beyond it; `None` if there is
 /// nothing to enlarge. To be prepared and solved again, from its first load step on.
 pub fn widened(case: &Case, prepared: &Prepared, outcome: &Outcome) -> Option<Case> {
-    let mut wider = None;
-    for overlap in &outcome.overlaps {
-        let (OverlapKind::BeyondSearch { search: needed }, Some(i)) = (overlap.kind, overlap.surface) else { continue };
-        let known = prepared.facts.contacts[i].surface.pair.as_ref().map_or(0.0, |pair| pair.search);
-        let contact = prepared.contact_of[i];
-        let case = wider.get_or_insert_with(|| case.clone());
-        if let AgainstSpec::Surface { widened, .. } = &mut case.contacts[contact].against {
-            *widened = Some(needed.max(known).max(widened.unwrap_or(0.0)));
+    with_searches(case, &needed_searches(&outcome.overlaps, &prepared.facts.contacts, &prepared.contact_of))
+}
+
+/// How far the surfaces of contacts have to be looked for, with the number of each contact in the case; length.
+pub(crate) type Searches = Vec<(usize, f64)>;
+
+/// Those that overlaps ask for; `contact_of` is the contact of each surface.
+pub(crate) fn needed_searches(overlaps: &[Overlap], surfaces: &[ContactFacts], contact_of: &[usize]) -> Searches {
+    let needed = |overlap: &Overlap| {
+        let (OverlapKind::BeyondSearch { search }, Some(i)) = (overlap.kind, overlap.surface) else { return None };
+        let known = surfaces[i].surface.pair.as_ref().map_or(0.0, |pair| pair.search);
+        Some((contact_of[i], search.max(known)))
+    };
+    overlaps.iter().filter_map(needed).collect()
+}
+
+/// The case with these; `None` if there are none.
+pub(crate) fn with_searches(case: &Case, needed: &[(usize, f64)]) -> Option<Case> {
+    let mut wider = (!needed.is_empty()).then(|| case.clone())?;
+    for &(contact, search) in needed {
+        if let Some(AgainstSpec::Surface { widened, .. }) = wider.contacts.get_mut(contact).map(|it| &mut it.against) {
+            *widened = Some(search.max(widened.unwrap_or(0.0)));
         }
     }
-    wider
+    Some(wider)
 }

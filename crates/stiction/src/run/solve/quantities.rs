@@ -7,10 +7,12 @@ mod smallness;
 
 pub use super::discretisation::nodal_stress_of;
 pub(crate) use super::discretisation::stress_at;
-pub(crate) use couple::couples;
+pub(crate) use couple::{Couple, Forces, couples, may_lie_apart};
 pub use micromotion::Micromotion;
 pub(super) use micromotion::micromotions;
+pub(crate) use micromotion::percentiles;
 pub(super) use smallness::smallness;
+pub(crate) use smallness::{Displaced, Extreme, extremes, of_extremes};
 pub use smallness::{SMALL_ROTATION, SMALL_STRAIN, Smallness};
 
 use super::Outcome;

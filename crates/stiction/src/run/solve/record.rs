@@ -12,12 +12,13 @@ use super::{Balance, BoltState, CouplingState, Outcome, Totals, bolt_states, cou
 use crate::accuracy::Estimate;
 use crate::certificate::{BodyBalance, Certificate, PartMeasure};
 use crate::contact::equilibrium::in_words;
-use crate::contact::{Overlap, OverlapKind};
+use crate::contact::{Bodies, Overlap, OverlapKind};
 use crate::friction::{
     CopiesAtOnce, Counts, Coupling, End, Given, MethodReport, MethodSettings, Minimization, SolverPath, Splitting,
     Status, Sweeps,
 };
-use crate::run::pose::{Prepared, Seconds, Span};
+use crate::mesh::Group;
+use crate::run::pose::{ContactFacts, Prepared, Seconds, Span};
 
 /// An answer; lengths, forces and energies in the units of the case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -366,7 +367,7 @@ impl AnswerRecord {
             status: solution.status,
             escape_mode: escape(problem, solution.status).map(|escape| escape.motion),
             sliding,
-            overlaps: outcome.overlaps.iter().map(|overlap| OverlapRecord::of(prepared, overlap)).collect(),
+            overlaps: outcome.overlaps.iter().map(|it| OverlapRecord::of(Whereabouts::of(prepared), it)).collect(),
             certificate: CertificateRecord::of(&solution.certificate),
             contact,
             pairs: pairs.into_iter().zip(micromotions(prepared, outcome)).map(pair).collect(),
@@ -428,11 +429,26 @@ impl CertificateRecord {
     }
 }
 
+/// What has names where surfaces lie in each other.
+#[derive(Clone, Copy)]
+pub(crate) struct Whereabouts<'a> {
+    /// Of the mesh.
+    pub groups: &'a [Group],
+    pub bodies: Option<&'a Bodies>,
+    pub contacts: &'a [ContactFacts],
+}
+
+impl<'a> Whereabouts<'a> {
+    pub(crate) fn of(prepared: &'a Prepared) -> Self {
+        let Prepared { mesh, facts, problem, .. } = prepared;
+        Whereabouts { groups: &mesh.groups, bodies: problem.labels.bodies.as_ref(), contacts: &facts.contacts }
+    }
+}
+
 impl OverlapRecord {
     /// The overlap with names for numbers.
-    pub(crate) fn of(prepared: &Prepared, overlap: &Overlap) -> Self {
-        let Prepared { mesh, facts, problem, .. } = prepared;
-        let body = |body: &u32| match &problem.labels.bodies {
+    pub(crate) fn of(at: Whereabouts, overlap: &Overlap) -> Self {
+        let body = |body: &u32| match at.bodies {
             Some(bodies) => bodies.list[*body as usize].name.clone(),
             None => (body + 1).to_string(),
         };
@@ -440,7 +456,7 @@ impl OverlapRecord {
         bodies.dedup();
         // The smallest group that holds the face tells most.
         let group = |face: &u32| {
-            let holding = mesh.groups.iter().filter(|group| group.faces.binary_search(face).is_ok());
+            let holding = at.groups.iter().filter(|group| group.faces.binary_search(face).is_ok());
             holding.min_by_key(|group| group.faces.len()).map(|group| group.name.clone())
         };
         let (kind, search) = match overlap.kind {
@@ -451,7 +467,7 @@ impl OverlapRecord {
         };
         OverlapRecord {
             kind,
-            contact: overlap.surface.map(|i| facts.contacts[i].surface.name.clone()),
+            contact: overlap.surface.map(|i| at.contacts[i].surface.name.clone()),
             bodies,
             groups: overlap.faces.iter().flatten().filter_map(group).collect(),
             place: overlap.place,

@@ -34,15 +34,14 @@ pub(super) fn slides(prepared: &Prepared, outcome: &Outcome) -> Vec<f64> {
 pub(crate) fn micromotions(prepared: &Prepared, outcome: &Outcome) -> Vec<Option<Micromotion>> {
     let (slides, labels) = (slides(prepared, outcome), &prepared.problem.labels);
     let of_pair = |points: std::ops::Range<usize>| {
-        let mut all: Vec<(f64, f64)> = points.map(|j| (slides[j], labels.area[j] * labels.unity_sum[j])).collect();
-        all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        percentiles(&all)
+        percentiles(points.map(|j| (slides[j], labels.area[j] * labels.unity_sum[j])).collect())
     };
     labels.pairs.iter().take(prepared.surfaces.len()).map(|pair| of_pair(pair.points.clone())).collect()
 }
 
-/// Of slides with their areas, in ascending order.
-fn percentiles(all: &[(f64, f64)]) -> Option<Micromotion> {
+/// Of slides with their areas.
+pub(crate) fn percentiles(mut all: Vec<(f64, f64)>) -> Option<Micromotion> {
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
     let whole: f64 = all.iter().map(|of| of.1).sum();
     let max = all.last()?.0;
     let at = |part: f64| {
@@ -66,9 +65,9 @@ mod tests {
         // 0 to 99 with an area each, and many without any at the top.
         let even: Vec<(f64, f64)> = (0..100).map(|i| (f64::from(i), 0.1)).collect();
         let wanted = Micromotion { p50: 49.0, p90: 89.0, p95: 94.0, max: 99.0 };
-        assert_eq!(percentiles(&even), Some(wanted));
+        assert_eq!(percentiles(even), Some(wanted));
         let heavy = [(1.0, 8.9), (2.0, 0.1), (3.0, 1.0)];
-        assert_eq!(percentiles(&heavy), Some(Micromotion { p50: 1.0, p90: 2.0, p95: 3.0, max: 3.0 }));
-        assert_eq!(percentiles(&[]), None);
+        assert_eq!(percentiles(heavy.to_vec()), Some(Micromotion { p50: 1.0, p90: 2.0, p95: 3.0, max: 3.0 }));
+        assert_eq!(percentiles(Vec::new()), None);
     }
 }

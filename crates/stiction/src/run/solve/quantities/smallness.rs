@@ -10,9 +10,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::micromotion::slides;
-use crate::contact::{Counterpart, Obstacle, SMALL_MOTION, face_size};
-use crate::fem::{Solid, full_displacement, middle_gradient, strain_of};
+use crate::contact::{ContactSurface, Counterpart, Obstacle, SMALL_MOTION, face_size};
+use crate::fem::{Cut, Solid, full_displacement, middle_gradient, strain_of};
 use crate::friction::PointState;
+use crate::mesh::Mesh;
 use crate::mesh::geometry::cell_volume;
 use crate::mesh::v3::{V3, add, norm, scale, sub};
 use crate::run::pose::Prepared;
@@ -56,6 +57,35 @@ pub struct Smallness {
 /// Cells of which the largest values are found together.
 const CHUNK: usize = 4096;
 
+/// The largest value of some cells, where it is, and the volume in which the limit is exceeded.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Extreme {
+    pub value: f64,
+    /// Centre of the cell before loading, length.
+    pub at: V3,
+    /// Length cubed.
+    pub volume: f64,
+}
+
+impl Extreme {
+    /// That of both, the first of equal ones.
+    pub(crate) fn and(self, other: Extreme) -> Extreme {
+        let larger = if other.value > self.value { other } else { self };
+        Extreme { volume: self.volume + other.volume, ..larger }
+    }
+}
+
+/// A body, or the part of one that is looked at.
+pub(crate) struct Displaced<'a> {
+    pub solid: Solid<'a>,
+    /// Displacement of each node, length.
+    pub u: &'a [V3],
+    /// The cuts of bolts with their shortenings, length.
+    pub cuts: Vec<(&'a Cut, f64)>,
+    /// Whether a cell counts.
+    pub counts: &'a (dyn Fn(usize) -> bool + Sync),
+}
+
 /// The largest values of some cells.
 #[derive(Clone, Copy, Default)]
 struct Largest {
@@ -66,30 +96,62 @@ struct Largest {
 
 /// Measures an answer.
 pub(crate) fn smallness(prepared: &Prepared, outcome: &Outcome) -> Smallness {
-    let mut of = deformation(prepared, outcome);
-    slide(prepared, outcome, &mut of);
+    let Prepared { mesh, materials, material_of_cell, model, loading, surfaces, problem, .. } = prepared;
+    let u = full_displacement(model, &outcome.solution.u);
+    let cuts = loading.bolts.iter().zip(&loading.initial.shortening);
+    let displaced = Displaced {
+        solid: Solid { mesh, materials, material_of_cell },
+        u: u.as_chunks().0,
+        cuts: cuts.map(|(bolt, &shortening)| (&bolt.cut, shortening)).collect(),
+        counts: &|_| true,
+    };
+    let slides = slides(prepared, outcome);
+    let slid = |points: std::ops::Range<usize>| {
+        let touching = points.filter(|&j| outcome.solution.states[j] != PointState::Open);
+        touching.map(|j| slides[j]).fold(0.0, f64::max)
+    };
+    let slips: Vec<f64> = problem.labels.pairs.iter().take(surfaces.len()).map(|it| slid(it.points.clone())).collect();
+    of_extremes(extremes(&displaced), prepared.facts.mesh.volume, (mesh, surfaces), &slips)
+}
+
+/// What the largest rotation (degrees) and strain come to in a body of this `volume`, and the farthest slides of touching points of
+/// each surface, length.
+pub(crate) fn of_extremes(
+    [rotation, strain]: [Extreme; 2],
+    volume: f64,
+    (mesh, surfaces): (&Mesh, &[ContactSurface]),
+    slips: &[f64],
+) -> Smallness {
+    let part = |of: Extreme| (of.volume / volume).min(1.0);
+    let mut of = Smallness {
+        rotation: rotation.value,
+        rotation_at: rotation.at,
+        rotation_volume: part(rotation),
+        strain: strain.value,
+        strain_at: strain.at,
+        strain_volume: part(strain),
+        ..Smallness::default()
+    };
+    slide(mesh, surfaces, slips, &mut of);
     // What is not finite is not small.
     of.small = of.rotation <= SMALL_ROTATION && of.strain <= SMALL_STRAIN && of.slip_over_face <= SMALL_MOTION;
     of
 }
 
-fn deformation(prepared: &Prepared, outcome: &Outcome) -> Smallness {
-    let Prepared { mesh, materials, material_of_cell, model, loading, .. } = prepared;
-    let solid = Solid { mesh, materials, material_of_cell };
-    let (u, cells) = (full_displacement(model, &outcome.solution.u), solid.cells());
-    let u: &[V3] = u.as_chunks().0;
-    let cuts = loading.bolts.iter().zip(&loading.initial.shortening);
-    let cuts: Vec<_> = cuts.map(|(bolt, &shortening)| (&bolt.cut, shortening)).collect();
+/// The largest rotation (degrees) and strain of the cells that count.
+pub(crate) fn extremes(of: &Displaced) -> [Extreme; 2] {
+    let (mesh, cells) = (of.solid.mesh, of.solid.cells());
     let of_chunk = |(number, chunk): (usize, &[u32])| {
         let mut largest = Largest::default();
-        for cell in number * CHUNK..number * CHUNK + chunk.len() {
+        let numbers = number * CHUNK..number * CHUNK + chunk.len();
+        for cell in numbers.filter(|&cell| (of.counts)(cell)) {
             let (kind, nodes) = cells.get(cell);
             // A cell beyond the cut of a bolt is not strained by the jump.
             let displacement = |node: u32| {
-                let jumps = cuts.iter().filter(|(cut, _)| {
+                let jumps = of.cuts.iter().filter(|(cut, _)| {
                     cut.nodes.binary_search(&node).is_ok() && cut.cells.binary_search(&(cell as u32)).is_ok()
                 });
-                jumps.fold(u[node as usize], |u, (cut, shortening)| sub(u, scale(*shortening, cut.axis)))
+                jumps.fold(of.u[node as usize], |u, (cut, shortening)| sub(u, scale(*shortening, cut.axis)))
             };
             if let Some(h) = middle_gradient(mesh, kind, nodes, displacement) {
                 largest.add(cell, &h, || cell_volume(&mesh.nodes, kind, nodes));
@@ -97,24 +159,14 @@ fn deformation(prepared: &Prepared, outcome: &Outcome) -> Smallness {
         }
         largest
     };
-    let chunks: Vec<Largest> = material_of_cell.par_chunks(CHUNK).enumerate().map(of_chunk).collect();
+    let chunks: Vec<Largest> = of.solid.material_of_cell.par_chunks(CHUNK).enumerate().map(of_chunk).collect();
     let all = chunks.iter().fold(Largest::default(), Largest::and);
     let centre = |cell: usize| {
-        let nodes = if material_of_cell.is_empty() { &[][..] } else { cells.get(cell).1 };
+        let nodes = if of.solid.material_of_cell.is_empty() { &[][..] } else { cells.get(cell).1 };
         let part = 1.0 / nodes.len().max(1) as f64;
         nodes.iter().fold([0.0; 3], |sum, &node| add(sum, scale(part, mesh.nodes[node as usize])))
     };
-    let part = |volume: f64| (volume / prepared.facts.mesh.volume).min(1.0);
-    let (rotation, strain) = (all.rotation, all.strain);
-    Smallness {
-        rotation: rotation.0,
-        rotation_at: centre(rotation.1),
-        rotation_volume: part(rotation.2),
-        strain: strain.0,
-        strain_at: centre(strain.1),
-        strain_volume: part(strain.2),
-        ..Smallness::default()
-    }
+    [all.rotation, all.strain].map(|(value, cell, volume)| Extreme { value, at: centre(cell), volume })
 }
 
 impl Largest {
@@ -187,18 +239,15 @@ fn largest_principal(h: &[V3; 3]) -> f64 {
     highest.abs().max(lowest.abs())
 }
 
-/// The farthest slides of touching points.
-fn slide(prepared: &Prepared, outcome: &Outcome, of: &mut Smallness) {
-    let slides = slides(prepared, outcome);
-    for (surface, pair) in prepared.surfaces.iter().zip(&prepared.problem.labels.pairs) {
-        let touching = pair.points.clone().filter(|&j| outcome.solution.states[j] != PointState::Open);
-        let slip = touching.map(|j| slides[j]).fold(0.0, f64::max);
+/// The farthest slides of touching points, of each surface.
+fn slide(mesh: &Mesh, surfaces: &[ContactSurface], slips: &[f64], of: &mut Smallness) {
+    for (surface, &slip) in surfaces.iter().zip(slips) {
         of.slip = of.slip.max(slip);
-        let size = face_size(&prepared.mesh, &surface.faces);
+        let size = face_size(mesh, &surface.faces);
         let size = match &surface.against {
             Counterpart::Obstacle(Obstacle::Plane { .. }) => continue,
             Counterpart::Obstacle(_) => size,
-            Counterpart::Surface(master) => size.min(face_size(&prepared.mesh, &master.faces)),
+            Counterpart::Surface(master) => size.min(face_size(mesh, &master.faces)),
         };
         if slip / size > of.slip_over_face {
             (of.slip_over_face, of.slip_pair) = (slip / size, Some(surface.name.clone()));

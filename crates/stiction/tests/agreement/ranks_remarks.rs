@@ -1,0 +1,180 @@
+//! What is said of a case and of its answer on several ranks against what is said on one: the facts, the notes, the warnings, what
+//! passes through.
+
+use std::ops::ControlFlow;
+
+use super::ranks::{case_of, on_ranks};
+use stiction::Status;
+use stiction::io::case::Case;
+use stiction::linalg::Stop;
+use stiction::run::{Origin, Plan, RankedSummary, Summary, solve_case, summary};
+
+/// The summary of one machine, which solves again where contact turns up beyond `search`.
+fn serial(case: &Case) -> Summary {
+    let go_on = &mut |_: stiction::run::Stage| ControlFlow::Continue(());
+    let (prepared, outcome, _) = solve_case(case, &Plan::default(), &Stop::never(), None, go_on).unwrap();
+    serde_json::from_str(&summary(&prepared, &outcome, &Origin::default())).unwrap()
+}
+
+/// The rows with one of these labels.
+fn of<'a>(rows: &'a [stiction::run::Row], labels: &[&str]) -> Vec<&'a stiction::run::Row> {
+    rows.iter().filter(|row| labels.contains(&row.label.as_str())).collect()
+}
+
+/// Compares all that is said, and returns it as one text.
+fn says_the_same(text: &str, sizes: &[usize]) -> (String, RankedSummary) {
+    let case = case_of(text, "1e-10");
+    let expected = serial(&case);
+    let mut last = None;
+    for &size in sizes {
+        let (_, found) = on_ranks(&case, size);
+        assert_eq!(found.problem, expected.problem, "{size} ranks");
+        assert_eq!(found.status, expected.answer.status, "{size} ranks: {:?}", found.report);
+        let deformation = |rows: &[stiction::run::Row]| {
+            // Bodies that are moved alone have that of rounding.
+            of(rows, &["deformation"]).into_iter().filter(|row| !row.value.contains("e-")).cloned().collect::<Vec<_>>()
+        };
+        assert_eq!(deformation(&found.report), deformation(&expected.report), "{size} ranks");
+        // Bodies that are moved have several nodes that are moved as far.
+        let farthest = |rows| of(rows, &["displacement"])[0].value.split(" at (").next().map(str::to_string);
+        assert_eq!(farthest(&found.report), farthest(&expected.report), "{size} ranks");
+        let labels = ["contact", "bolt", "reference", "warning"];
+        assert_eq!(of(&found.report, &labels), of(&expected.report, &labels), "{size} ranks");
+        let words = |rows: &[stiction::run::Row]| {
+            rows.iter()
+                .map(|row| row.label.clone())
+                .filter(|label| !["mesh", "uniqueness", "energy"].contains(&label.as_str()))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(words(&found.report), words(&expected.report), "{size} ranks");
+        let more = |rows: &[stiction::run::Row]| of(rows, &["status"])[0].more.clone();
+        assert_eq!(more(&found.report), more(&expected.report), "{size} ranks");
+        assert_eq!(found.overlaps.len(), expected.answer.overlaps.len());
+        for (found, expected) in found.overlaps.iter().zip(&expected.answer.overlaps) {
+            assert_eq!((found.kind, &found.contact), (expected.kind, &expected.contact));
+            // Of two places that lie as deep in each other either may be the first.
+            let sorted = |list: &[String]| {
+                let mut list = list.to_vec();
+                list.sort();
+                list
+            };
+            assert_eq!(sorted(&found.bodies), sorted(&expected.bodies));
+            assert_eq!(sorted(&found.groups), sorted(&expected.groups));
+            assert!((found.depth - expected.depth).abs() <= 1e-6 * expected.depth, "{found:?} {expected:?}");
+        }
+        for (found, expected) in found.pairs.iter().zip(&expected.answer.pairs) {
+            assert_eq!((&found.name, found.totals.points), (&expected.name, expected.totals.points));
+            let near = |a: f64, b: f64| (a - b).abs() <= 1e-6 * b.abs().max(1e-12);
+            assert!(near(found.totals.normal_force, expected.totals.normal_force), "{found:?} {expected:?}");
+            assert!(near(found.totals.max_other_pressure, expected.totals.max_other_pressure));
+            let (a, b) = (found.micromotion.map(|of| of.p90), expected.micromotion.map(|of| of.p90));
+            assert!(
+                a.zip(b).is_none_or(|(a, b)| (a - b).abs() <= 1e-6 * b + 1e-12) && a.is_some() == b.is_some(),
+                "{found:?} {expected:?}"
+            );
+        }
+        last = Some(found);
+    }
+    let all = expected.problem.iter().chain(&expected.report);
+    (all.map(|row| format!("{}: {}\n", row.label, row.line())).collect(), last.unwrap())
+}
+
+fn has(text: &str, words: &[&str]) {
+    words.iter().for_each(|word| assert!(text.contains(word), "{word}: {text}"));
+}
+
+const LOW: &str = "[mesh.parts.a]\nblock = { size = [10, 10, 10], cells = [5, 4, 4], element = \"hex8\" }\n";
+
+/// Two blocks, the upper one so far above the lower one.
+fn two(apart: f64, more: &str) -> String {
+    format!(
+        "title = \"Two blocks\"\nunits = \"mm, N, MPa\"\n{LOW}[mesh.parts.b]\n\
+         block = {{ size = [10, 10, 10], cells = [3, 4, 3], element = \"tet4\", split = \"six\", origin = [0, 0, {}] }}\n\
+         [materials.s]\non = \"a\"\nyoung = 1000\npoisson = 0.3\nexpansion = 1e-5\n[materials.r]\non = \"b\"\nyoung = 1100\npoisson = 0.495\ndensity = 1e-9\n\
+         [[fix]]\non = \"a.z-min\"\n{more}",
+        10.0 + apart
+    )
+}
+
+const DOWN: &str = "[[fix]]\non = \"b.z-max\"\nvalue = [0.01, 0, \"-0.05 - 0.01*x\"]\n";
+const PAIR: &str = "[[contact]]\non = \"b.z-min\"\nagainst = \"a.z-max\"\nfriction = { coulomb = 0.3 }\n";
+
+#[test]
+fn the_case_and_its_notes_are_told_on_ranks_as_on_one() {
+    let loads = "[[load]]\non = \"b.x-max\"\nforce = [1, 0.5, -2]\n[[load]]\ngravity = [0, 0, -9810]\n\
+                 [[load]]\non = \"b.y-max\"\ntraction = [0, 0, \"-0.1*x\"]\n[[load]]\ntemperature = \"0.1*z\"\non = \"a\"\n\
+                 [[spring]]\non = \"b.x-min\"\nnormal = 3\ntangential = 1\n";
+    let (said, _) = says_the_same(&two(-0.01, &format!("{DOWN}{loads}{PAIR}")), &[2, 3]);
+    has(
+        &said,
+        &["the meshes overlap by up to 0.01", "tetrahedra lock", "gravity on volume", "temperature from", "title"][..4],
+    );
+    // Contacts that share nodes and faces, and a node for the body that nothing else holds.
+    let wall = "[[contact]]\nname = \"wall\"\non = [\"b.z-min\", \"b.y-min\"]\nfriction = \"none\"\n\
+                against = { plane = { point = [0, -0.001, 0], normal = [0, 1, 0] }, motion = [0, 0.0005, 0] }\n";
+    let (said, _) = says_the_same(&two(0.0, &format!("{DOWN}{PAIR}{wall}")), &[2, 4]);
+    has(&said, &["are fixed and carry no contact force", "look away from the obstacle", "before its obstacle moves"]);
+}
+
+#[test]
+fn what_leaves_the_linear_theory_is_told_on_ranks_as_on_one() {
+    let turned = "[[fix]]\non = \"b.z-max\"\nvalue = [\"-0.15*(y - 5)\", \"0.15*(x - 5)\", -1]\n";
+    let (said, _) = says_the_same(&two(0.0, &format!("{turned}{PAIR}")), &[3]);
+    has(&said, &["the linear theory is left: rotation of", "the linear theory is left: strain of", "of a face"]);
+    let steps = "[[step]]\nuntil = 1\nincrements = 2\n";
+    let turned = turned.replace("-1]", "\"-t\"]");
+    let (said, _) = says_the_same(&two(0.0, &format!("{turned}{PAIR}{steps}")), &[2]);
+    has(&said, &["at t = 1, more than 5"]);
+}
+
+#[test]
+fn a_couple_that_is_lost_is_told_on_ranks_as_on_one() {
+    for law in ["friction = \"bonded\"", "friction = { coulomb = 0.5 }\ngap = \"closed\""] {
+        let pull = "[[load]]\non = \"b.z-max\"\nforce = [10, 0, -100]\n";
+        let pair = format!("[[contact]]\nname = \"c\"\non = \"b.z-min\"\nagainst = \"a.z-max\"\n{law}\n");
+        let (said, _) = says_the_same(&two(2.0, &format!("{pull}{pair}")), &[1, 3]);
+        has(&said, &["the couple", "mesh the surfaces where they touch"]);
+    }
+}
+
+#[test]
+fn surfaces_that_meet_beyond_search_are_solved_again_on_ranks() {
+    for steps in ["", "[[step]]\nuntil = 1\nincrements = 3\n"] {
+        let down = "[[fix]]\non = \"b.z-max\"\nvalue = [0, 0, \"-6*t - 0.01*x\"]\n";
+        let (said, found) = says_the_same(&two(4.0, &format!("{down}{PAIR}{steps}")), &[2]);
+        has(&said, &["`search` is", "strain of"]);
+        assert!(found.status == Status::Solved && found.ended_short().is_none());
+    }
+}
+
+#[test]
+fn surfaces_that_no_search_finds_are_no_answer_on_ranks() {
+    let aside = |moved: &str, more: &str| {
+        two(4.0, &format!("[[fix]]\non = \"b.z-max\"\nvalue = {moved}\n{PAIR}{more}"))
+            .replace("origin = [0, 0", "origin = [30, 0")
+    };
+    for steps in ["", "[[step]]\nuntil = 1\nincrements = 3\n"] {
+        let (said, found) = says_the_same(&aside("[\"-30*t - 0.01\", 0, \"-6*t\"]", steps), &[2]);
+        has(&said, &["without a contact point: before the load nothing lies opposite there"]);
+        assert_eq!(found.status, Status::PassesThrough);
+        has(&found.ended_short().unwrap(), &["the files hold bodies that pass through each other"]);
+    }
+    // What nobody has named is a warning, of a body and of a wall.
+    let wall = "[[contact]]\nname = \"wall\"\non = \"a.x-max\"\nfriction = \"none\"\n\
+                against = { plane = { point = [12, 0, 0], normal = [-1, 0, 0] } }\n";
+    let text = two(4.0, &format!("[[fix]]\non = \"b.z-max\"\nvalue = [6, 0, \"-4 - 0.1*x\"]\n{wall}"));
+    let (said, _) = says_the_same(&text, &[3]);
+    has(
+        &said,
+        &["deep in body", "no contact is named: name the two surfaces", "deep in the obstacle of contact \"wall\""],
+    );
+}
+
+#[test]
+fn how_loads_carry_a_body_away_is_told_on_ranks_as_on_one() {
+    let up = "[[load]]\non = \"b.z-max\"\nforce = [0, 0, 1]\n";
+    let (said, found) = says_the_same(&two(0.0, &format!("{up}{PAIR}")), &[2]);
+    has(&said, &["the loads carry away", "remedy:"]);
+    assert_eq!(found.status, Status::NoEquilibrium);
+    has(&found.ended_short().unwrap(), &["there is no equilibrium, the loads carry away"]);
+}
