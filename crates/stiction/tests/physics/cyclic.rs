@@ -142,6 +142,54 @@ fn smooth_rings_in_each_other_have_no_torque_and_the_same_force_at_every_station
     }
 }
 
+/// A ring shrunk on a shaft, which turns until it lifts off: from there nothing holds it along and about the axis, and it stays where it
+/// was. It grows as the ring alone does, which is held there.
+#[test]
+fn a_ring_that_lifts_off_its_shaft_does_not_turn() {
+    let ring = |element: &str| {
+        format!(
+            "[mesh.parts.ring]\nring = {{ radii = [20, 28], height = 10, degrees = 60, cells = [1, 2, 1], element = \"{element}\" }}\n\
+             [materials.steel]\nyoung = 210e3\npoisson = 0.3\ndensity = 7.8e-9\n\
+             [[load]]\non = \"ring\"\nrotation = {{ axis = [0, 0, 1], point = [0, 0, 0], speed = \"6000*max(0, t - 1)\" }}\n\
+             [[step]]\nuntil = 1\n[[step]]\nuntil = 2\nincrements = 2\n[[step]]\nuntil = 3\n"
+        )
+    };
+    let cut = |parts: [&str; 1]| {
+        parts.map(|part| {
+            format!("[[cyclic]]\non = \"{part}.end\"\nagainst = \"{part}.start\"\nsectors = 6\naxis = [0, 0, 1]\n")
+        })
+    };
+    for element in ["hex8", "hex20"] {
+        let shaft = format!(
+            "[mesh.parts.shaft]\nring = {{ radii = [10, 20], height = 10, degrees = 60, cells = [2, 2, 1], element = \"{element}\" }}\n\
+             [[fix]]\non = \"shaft.inner\"\n\
+             [[contact]]\non = \"ring.inner\"\nagainst = \"shaft.outer\"\ngap = -0.01\nfriction = {{ coulomb = 0.2 }}\n"
+        );
+        let run = solved(&(ring(element) + &shaft + &cut(["ring"]).concat() + &cut(["shaft"]).concat()));
+        let axes = "axes = { point = [0, 0, 0], axis = [0, 0, 1] }";
+        let held = format!(
+            "[[fix]]\non = \"ring.outer\"\n{axes}\ncomponents = \"t\"\n\
+             [[fix]]\non = {{ box = [[24.2, 13.9, -0.1], [24.3, 14.1, 0.1]] }}\ncomponents = \"z\"\n"
+        );
+        let alone = solved(&(ring(element) + &held + &cut(["ring"]).concat()));
+        let totals = totals(&run.1, &run.0);
+        assert!(totals.normal_force == 0.0, "{totals:?}");
+        let radial = |run: &(Outcome, Prepared), [x, y, z]: [f64; 3]| {
+            let u = at(run, [x, y, z]);
+            let r = x.hypot(y);
+            [(u[0] * x + u[1] * y) / r, (u[1] * x - u[0] * y) / r]
+        };
+        // The nodes on the bore lie where those of the shaft do.
+        for &x in alone.1.mesh.nodes.iter().filter(|x| x[0].hypot(x[1]) > 21.0) {
+            let ([growth, _], [found, turned]) = (radial(&alone, x), radial(&run, x));
+            assert!(
+                (found - growth).abs() <= 1e-6 * growth && turned.abs() <= 1e-6 * growth,
+                "{x:?}: {found} {turned} for {growth}"
+            );
+        }
+    }
+}
+
 /// Points would look in vain for what is in the next sector.
 #[test]
 fn contact_that_goes_on_in_the_next_sector_is_refused() {
