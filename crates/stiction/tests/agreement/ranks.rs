@@ -201,6 +201,21 @@ fn a_block_on_a_slope_leaves_on_ranks_as_on_one_machine() {
     assert_eq!((status(0.19), status(0.21)), (Status::NoEquilibrium, Status::Solved));
 }
 
+/// Pushed ever harder a block leaves where friction is used up, at 6/7 of the time: increments are halved until that is known to 1/64, and
+/// those beyond take no cycle.
+#[test]
+fn load_steps_end_on_ranks_where_loads_have_no_equilibrium_any_more() {
+    let text = "[mesh]\nblock = { size = [10, 10, 5], cells = [4, 4, 2], element = \"hex8\" }\n[materials.m]\nyoung = 1e5\npoisson = 0.3\n\
+                [[load]]\non = \"z-max\"\npressure = 5\n[[load]]\non = \"z-min\"\ntraction = [\"1.75*t\", 0, 0]\n\
+                [[contact]]\non = \"z-min\"\nagainst = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\n\
+                friction = { coulomb = 0.3 }\n[[step]]\nuntil = 1\n";
+    let summary = on_ranks(&case::parse(text, "case.toml", &[]).unwrap(), 3).1;
+    let [.., before, last] = &summary.steps[..] else { panic!("{summary}") };
+    assert_eq!((before.status, last.status), (Status::Solved, Status::NoEquilibrium));
+    assert!(before.t < 6.0 / 7.0 && 6.0 / 7.0 < last.t && last.t - before.t < 0.016, "{} {}", before.t, last.t);
+    assert!(last.iterations == 0 && summary.to_string().contains("there is no equilibrium"), "{summary}");
+}
+
 /// The bar of the design: at most two cycles or 15 % more, whatever the ranks.
 #[test]
 fn ranks_take_hardly_more_cycles_than_one() {

@@ -28,6 +28,7 @@ mod scope;
 mod share;
 mod small;
 mod solve;
+mod statics;
 mod steps;
 mod ties;
 mod tighten;

@@ -11,29 +11,17 @@ use super::steps::put_state;
 use super::tighten::Found;
 use crate::Error;
 use crate::certificate::certify_divided;
-use crate::contact::escape::Escape;
 use crate::friction::{Counts, Multigrid, Progress, Solution, Status};
 use crate::io::case::Case;
 use crate::linalg::Watch;
 use crate::ranks::{broadcast, put, take};
 use crate::run::pose::loads::end;
 use crate::run::pose::prepare;
-use crate::run::solve::{Event, Outcome, Settings, escape, solve, solve_steps};
+use crate::run::solve::{Event, Outcome, Settings, solve, solve_steps};
 use crate::solve::SolveEvent;
 
 /// Unknowns of the whole up to which one rank solves it: seconds, and some 100 MB.
 pub(super) const MOST_UNKNOWNS: usize = 20_000;
-
-/// What rank 0 finds.
-pub(super) enum Alone {
-    Solved(Box<Found>, Vec<RankedStep>),
-    /// By statics the loads have no equilibrium, which the ranks do not look for.
-    NoEquilibrium(Option<Escape>),
-}
-
-/// The first byte of what rank 0 says of it.
-const SOLVED: u8 = 1;
-const NO_EQUILIBRIUM: u8 = 2;
 
 /// Solves the case on rank 0. `None` if it finds nothing either, on every rank.
 ///
@@ -44,7 +32,7 @@ pub(super) fn by_first(
     local: &mut Local,
     multigrid: &mut Multigrid,
     observer: &mut Watch<Progress>,
-) -> Result<Option<Alone>, Error> {
+) -> Result<Option<(Found, Vec<RankedStep>)>, Error> {
     // Its answer does not tell how far interfaces have yielded.
     if case.contacts.iter().any(|contact| contact.stiffness.is_some()) {
         return Ok(None);
@@ -52,22 +40,17 @@ pub(super) fn by_first(
     let ranks = std::sync::Arc::clone(&local.division.ranks);
     let message = if ranks.rank() == 0 { answer(case, observer).unwrap_or_default() } else { Vec::new() };
     let message = broadcast(&*ranks, message);
-    let mut from = match message.split_first() {
-        Some((&SOLVED, from)) => from,
-        Some((&NO_EQUILIBRIUM, how)) => {
-            return Ok(Some(Alone::NoEquilibrium(serde_json::from_slice(how).unwrap_or_default())));
-        }
-        _ => return Ok(None),
-    };
+    let mut from = &message[..];
+    if from.is_empty() {
+        return Ok(None);
+    }
     let answer = WholeAnswer::take(&mut from);
     let iterations: Vec<u64> = take(&mut from);
     let Ok(steps) = serde_json::from_slice::<Vec<RankedStep>>(from) else { return Ok(None) };
-    let found = taken(case, (local, multigrid), &answer, steps, iterations.iter().sum::<u64>() as usize)?;
-    Ok(found.map(|(found, steps)| Alone::Solved(Box::new(found), steps)))
+    taken(case, (local, multigrid), &answer, steps, iterations.iter().sum::<u64>() as usize)
 }
 
-/// What a run on one machine says, as a message: that there is no equilibrium (with load steps the ranks say themselves which is the last
-/// that was solved), or the answer, its iterations, its steps.
+/// What a run on one machine finds, as a message: the answer, its iterations, its steps.
 fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Vec<u8>> {
     let mut prepared = prepare(case).ok()?;
     let settings = Settings::of(&case.solver);
@@ -82,16 +65,11 @@ fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Vec<u8>> {
     };
     let outcome = outcome.ok()?;
     match outcome.solution.status {
-        Status::NoEquilibrium if case.steps.is_empty() => {
-            let how = serde_json::to_vec(&escape(&prepared.problem, Status::NoEquilibrium)).unwrap_or_default();
-            return Some([vec![NO_EQUILIBRIUM], how].concat());
-        }
         // Displacements there leave out what supports have in common; here they do not.
         Status::Solved if prepared.loading.travel == [0.0; 3] => {}
         _ => return None,
     }
-    let mut message = vec![SOLVED];
-    message.extend(WholeAnswer::of_outcome(&prepared, &outcome).to_bytes());
+    let mut message = WholeAnswer::of_outcome(&prepared, &outcome).to_bytes();
     put(&[iterations(&outcome) as u64], &mut message);
     message.extend(serde_json::to_vec(&steps(&outcome)).ok()?);
     Some(message)

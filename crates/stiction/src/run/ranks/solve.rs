@@ -13,6 +13,7 @@ use super::refine::refined;
 use super::remarks::{Remarks, couples, largest_displacement, look as look_at};
 use super::report::{Known, rows};
 use super::share::Share;
+use super::statics::Statics;
 use super::steps::slid as sliding;
 use super::ties::coupling_states;
 use super::tighten::{Answer, Found, March, Solver};
@@ -205,6 +206,8 @@ impl Begun {
             by_first = small::taken(case, (&mut local, &mut multigrid), answer, Vec::new(), *iterations)?;
         }
         let mut alone = by_first.is_some();
+        let looks = !alone && look.is_none();
+        let mut statics = if looks { Statics::new(case, &local, &multigrid) } else { Statics::none() };
         let (mut found, mut steps, mut remarks) = match by_first {
             Some((mut found, steps)) => {
                 let remarks = look_at(case, &local, &mut None, &mut found, end(case))?;
@@ -213,27 +216,26 @@ impl Begun {
             None => {
                 let start = start.map(|start| start.displacements(&local));
                 let each = (kept.as_mut(), look.as_deref_mut());
-                march(case, (&mut local, &mut multigrid, own), (settings, start), each, observer)?
+                march(case, (&mut local, &mut multigrid, own), (settings, start, &mut statics), each, observer)?
             }
         };
         let unsolved = matches!(found.solution.status, Status::Stalled | Status::MaxIterations);
-        let mut escape = None;
         // Each increment that is kept has files of all ranks, and rank 0 hands the last one out alone.
-        if unsolved && !alone && look.is_none() && kept.is_none() && unknowns(&local) <= small::MOST_UNKNOWNS {
-            match small::by_first(case, &mut local, &mut multigrid, observer)? {
-                Some(small::Alone::Solved(other, of_other)) => {
-                    let before = found.solution.counts.cycles;
-                    (found, steps, alone) = (*other, of_other, true);
-                    let t = steps.last().map_or(end(case), |step| step.t);
-                    remarks = look_at(case, &local, &mut None, &mut found, t)?;
-                    found.solution.counts.cycles += before;
-                }
-                Some(small::Alone::NoEquilibrium(how)) => {
-                    (found.solution.status, escape) = (Status::NoEquilibrium, how);
-                    remarks = Remarks { micromotions: remarks.micromotions, ..Remarks::default() };
-                }
-                None => {}
-            }
+        if unsolved
+            && looks
+            && kept.is_none()
+            && unknowns(&local) <= small::MOST_UNKNOWNS
+            && let Some((other, of_other)) = small::by_first(case, &mut local, &mut multigrid, observer)?
+        {
+            let before = found.solution.counts.cycles;
+            (found, steps, alone) = (other, of_other, true);
+            let t = steps.last().map_or(end(case), |step| step.t);
+            remarks = look_at(case, &local, &mut None, &mut found, t)?;
+            found.solution.counts.cycles += before;
+        }
+        let escape = statics.escape.filter(|_| found.solution.status == Status::NoEquilibrium);
+        if escape.is_some() {
+            remarks = Remarks { micromotions: remarks.micromotions, ..Remarks::default() };
         }
         let Found { solution, everywhere: here, shortening } = &found;
         let tractions = tractions(&local, &here.lambda);
@@ -291,7 +293,7 @@ impl Start {
 fn march(
     case: &Case,
     (local, multigrid, own): (&mut Local, &mut Multigrid, ContactProblem),
-    (settings, start): (friction::Settings, Option<Vec<f64>>),
+    (settings, start, statics): (friction::Settings, Option<Vec<f64>>, &mut Statics),
     (mut kept, mut look): (Option<&mut Kept>, Option<&mut Look>),
     observer: &mut Watch<Progress>,
 ) -> Result<(Found, Vec<RankedStep>, Remarks), Error> {
@@ -308,13 +310,19 @@ fn march(
     if let Some(finished) = kept.as_mut().and_then(|kept| kept.finished()) {
         steps = march.go_on(finished, local, case)?;
     }
+    let max_iterations = settings.max_iterations;
     let mut solver = Solver { local, multigrid, own, case, settings, observer: &mut watch };
     loop {
         let span = march.at.span(&case.steps);
         let t = span.map_or(end(case), |[_, t]| t);
         let targets = solver.local.bolts.iter().map(|b| b.bolt.target(march.at.step, t)).collect::<Result<Vec<_>, _>>();
         let targets = agree(&*ranks, targets)?;
+        let departs = statics.departs(&*ranks, t);
+        solver.settings.max_iterations = if departs { 0 } else { max_iterations };
         let mut found = solver.step(&march, &targets, t)?;
+        if departs {
+            found.solution.status = Status::NoEquilibrium;
+        }
         let unsolved = [Status::MaxIterations, Status::Stalled, Status::NoEquilibrium];
         let may_be_shorter = span.is_some() && unsolved.contains(&found.solution.status);
         if may_be_shorter
