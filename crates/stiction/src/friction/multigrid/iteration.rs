@@ -99,6 +99,8 @@ impl Threshold {
     /// Points that stick, over those that slip, below which friction that slips holds a body. With zero 3000 random cases
     /// take the same cycles, the load steps of the hip stem (620 000 unknowns) 60, 46 and 37 instead of 47, 50 and 38.
     const STICKING: f64 = 0.01;
+    /// The square of contact forces over that of the load below which there are none to measure by.
+    const FORCES: f64 = 1e-10;
     /// The last cycle's drift of `K u` that is accepted, over the tolerance.
     const DRIFT: f64 = 0.1;
 }
@@ -300,7 +302,7 @@ impl State {
         let [left, load, contact, open, stick, slip, without, with, stops] = sums;
         Survey {
             violated: over_load([left, load, contact]),
-            of_contact: (left / contact).sqrt(),
+            of_contact: (left / contact.max(Threshold::FORCES * load)).sqrt(),
             states: [open, stick, slip].map(|count| count as usize),
             changes: [without, with].map(|ranks| ranks > 0.0),
             stops: stops > 0.0,

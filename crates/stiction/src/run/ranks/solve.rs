@@ -320,13 +320,13 @@ fn march(
         let departs = statics.departs(&*ranks, t);
         solver.settings.max_iterations = if departs { 0 } else { max_iterations };
         let mut found = solver.step(&march, &targets, t)?;
-        if departs {
+        if departs && found.solution.status != Status::Interrupted {
             found.solution.status = Status::NoEquilibrium;
         }
         let unsolved = [Status::MaxIterations, Status::Stalled, Status::NoEquilibrium];
         let may_be_shorter = span.is_some() && unsolved.contains(&found.solution.status);
         if may_be_shorter
-            && !found.solution.certificate.is_as_good_as_the_data()
+            && (found.solution.status == Status::NoEquilibrium || !found.solution.certificate.is_as_good_as_the_data())
             && let Some(shorter) = march.at.halve()
         {
             march.at = shorter;
