@@ -37,13 +37,13 @@ pub(super) fn merge(
         let (area, parts) = (own + other, [own, other].map(|part| part / (own + other)));
         let mean = |[own, other]: [f64; 2]| parts[0] * own + parts[1] * other;
         let mut others: BTreeMap<u32, f64> = points[i].others.iter().map(|&(node, w)| (node, parts[0] * w)).collect();
-        let mut across: Vec<(u32, f64, [V3; 3])> =
-            points[i].across.iter().map(|&(node, w, axes)| (node, parts[0] * w, axes)).collect();
+        let mut beyond_cut: Vec<(u32, f64, [V3; 3])> =
+            points[i].beyond_cut.iter().map(|&(node, w, axes)| (node, parts[0] * w, axes)).collect();
         for &(node, weight) in &points[j].others {
             let weight = parts[1] * weight;
             match follows.get(&node).filter(|followed| !follows.contains_key(&followed.node)) {
                 Some(followed) => *others.entry(followed.node).or_insert(0.0) += weight,
-                None => across.push((node, weight, axes)),
+                None => beyond_cut.push((node, weight, axes)),
             }
         }
         let gap = mean([points[i].gap, points[j].gap]);
@@ -52,7 +52,7 @@ pub(super) fn merge(
         let at = At { node: point.node, x: mesh.nodes[point.node as usize], area, normal: point.normal };
         (point.area, point.friction) = (area, law(&surface.friction, &at, &mut point.frame.clone())?.0);
         (point.gap, point.unity_sum) = (gap, unity_sum);
-        (point.others, point.across) = (others.into_iter().collect(), across);
+        (point.others, point.beyond_cut) = (others.into_iter().collect(), beyond_cut);
     }
     let mut stays = leaders.iter().map(Option::is_none);
     points.retain(|_| stays.next().unwrap_or(true));

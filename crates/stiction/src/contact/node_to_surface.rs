@@ -246,7 +246,7 @@ pub(super) fn points_of_nodes(
             frame,
             normal,
             others,
-            across: Vec::new(),
+            beyond_cut: Vec::new(),
             unity_sum,
             stiffness,
             layer,

@@ -219,7 +219,7 @@ pub(super) fn points_of_pair(
             frame,
             normal,
             others,
-            across: Vec::new(),
+            beyond_cut: Vec::new(),
             unity_sum,
             stiffness,
             layer,

@@ -34,7 +34,7 @@ pub(super) struct Point {
     /// Other nodes with their weights; on an obstacle the ends of the edge in whose middle the node is, if it is in one.
     pub others: Vec<(u32, f64)>,
     /// Nodes beside the other cut of a cyclic symmetry, likewise, each with what its directions x, y, z are at the node.
-    pub across: Vec<(u32, f64, [V3; 3])>,
+    pub beyond_cut: Vec<(u32, f64, [V3; 3])>,
     /// See `ContactProblem::unity_sum`.
     pub unity_sum: f64,
     pub stiffness: Option<InterfaceStiffness>,
@@ -76,6 +76,7 @@ pub(super) fn points_on_obstacle(
     }
     let mut facts = SurfaceFacts::named(&surface.name);
     let tied = surface.friction == SurfaceFriction::Bonded;
+    let mut some_are_tied = false;
     let facing = faces_that_look(mesh, &surface.faces, obstacle);
     let faces = facing.as_ref().unwrap_or(&surface.faces);
     let outward = nodal_normals(mesh, faces);
@@ -138,7 +139,9 @@ pub(super) fn points_on_obstacle(
         }
         let frame = frame_at(dofs, node, normal, free, [false; 3]);
         let frame = frame.or_else(|| if tied { tied_frame_at(dofs, node, free) } else { None });
-        let frame = frame.filter(|_| !tied_elsewhere.contains(&node));
+        let is_tied = tied_elsewhere.contains(&node);
+        some_are_tied |= is_tied;
+        let frame = frame.filter(|_| !is_tied);
         let along = dofs.components(node, normal);
         let imposed: f64 = (0..3).map(|c| along[c] * constrained[c].unwrap_or(0.0)).sum();
         let gap = distance - imposed;
@@ -173,13 +176,13 @@ pub(super) fn points_on_obstacle(
             frame,
             normal,
             others,
-            across: Vec::new(),
+            beyond_cut: Vec::new(),
             unity_sum,
             stiffness,
             layer,
         });
     }
-    if facts.points == 0 && facts.behind + facts.taken > 0 {
+    if facts.points == 0 && (some_are_tied || facts.behind + facts.taken > 0) {
         (facts.gap_min, facts.gap_max) = (0.0, 0.0);
         return Ok((points, facts));
     }

@@ -198,6 +198,6 @@ fn point(node: u32, numbers: Numbers, others: Vec<(u32, f64)>) -> Point {
     let [normal_stiffness, tangential] = [rest[16], rest[17]];
     let stiffness = (normal_stiffness > 0.0).then_some(InterfaceStiffness { normal: normal_stiffness, tangential });
     // Ranks have no cyclic symmetry.
-    let (across, layer) = (Vec::new(), None);
-    Point { node, gap, area, friction, orthotropy, frame, normal, others, across, unity_sum, stiffness, layer }
+    let (beyond_cut, layer) = (Vec::new(), None);
+    Point { node, gap, area, friction, orthotropy, frame, normal, others, beyond_cut, unity_sum, stiffness, layer }
 }

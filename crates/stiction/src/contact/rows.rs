@@ -103,7 +103,7 @@ pub(super) fn all_points(
             for point in points.iter() {
                 taken.insert(point.node);
                 taken.extend(point.others.iter().map(|other| other.0));
-                taken.extend(point.across.iter().map(|other| other.0));
+                taken.extend(point.beyond_cut.iter().map(|other| other.0));
             }
             if bonded(surface) {
                 tied.extend(&facts.nodes);
@@ -194,7 +194,7 @@ pub(super) fn jump(dofs: &DofMap, points: &[Point]) -> (Csr, Csr) {
                 let full = along(other, full);
                 (0..3).for_each(|c| add(k * m + j, 3 * other + c as u32, weight * full[c]));
             }
-            for (other, weight, axes) in &point.across {
+            for (other, weight, axes) in &point.beyond_cut {
                 let full = along(*other, axes.map(|axis| dot(axis, full)));
                 (0..3).for_each(|c| add(k * m + j, 3 * other + c as u32, weight * full[c]));
             }

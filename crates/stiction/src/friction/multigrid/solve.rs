@@ -128,8 +128,8 @@ const LEAST_TARGET: f64 = 1e-6;
 
 /// Solves contact with friction on the displacements; `multigrid` is that of `problem`, or of another problem with the
 /// same `K` and `B`. `settings.max_iterations` bounds the cycles. `settings.start` is not used, `settings.start_displacement`
-/// is; without it floating bodies with wide gaps start from their rigid equilibrium, and from there, as all others from zero,
-/// from the solution in the space of the second coarse level.
+/// is; without it floating bodies with wide gaps start from their rigid equilibrium, and from there, as problems with overlaps or without
+/// floating bodies from zero, from the solution in the space of the second coarse level.
 ///
 /// If the active sets cycle, further stages follow ([`Status::Stalled`](crate::friction::Status::Stalled) if all fail):
 /// springs in place of contact find the sets of bodies that are held, floating bodies are balanced as rigid ones before each
@@ -259,7 +259,14 @@ pub(super) fn start(
         Some(u) => Some(transformed.to_frames(u)),
         None => {
             let rigid = start_of_floating_bodies(problem, transformed, laws).map(|u| transformed.to_frames(&u));
-            coarse_start::start(transformed, laws, hierarchy, rigid.as_ref()).or(rigid)
+            // Floating bodies that lie in others move at once. Pressed together by loads alone they are found from zero as fast.
+            let overlaps = transformed.halo().any(laws.iter().any(|law| law.target[0] < 0.0));
+            let found = if transformed.floats() && rigid.is_none() && !overlaps {
+                None
+            } else {
+                coarse_start::start(transformed, laws, hierarchy, rigid.as_ref())
+            };
+            found.or(rigid)
         }
     };
     match u {

@@ -11,7 +11,7 @@ use super::ranges;
 use super::scope;
 use super::ties::{self, has_ties};
 use crate::Error;
-use crate::contact::{Body, ContactSurface, Counterpart, PosedPoints, Role, bodies_of, centroid};
+use crate::contact::{Body, ContactSurface, Counterpart, PosedPoints, Role, SurfaceFacts, bodies_of, centroid};
 use crate::fem::{Axes, DofMap, FaceMoments, Fix, Load, Solid, dof_map};
 use crate::io::case::{Case, ContactSpec, LoadKind, NodalSpec};
 use crate::mesh::{Bounds, Cuts, Group, Mesh, MeshNotes, MeshPiece, WeightedNode, pieces};
@@ -389,7 +389,8 @@ fn contact(
         return Err(case.contacts[of[k]].spot.error(what, remedy));
     }
     let mut seen = HashSet::new();
-    if let Some(k) = facts.iter().position(|facts| facts.nodes.iter().any(|&node| !seen.insert(node))) {
+    let changes = |facts: &SurfaceFacts| !facts.out.is_empty() || facts.nodes.iter().any(|&node| !seen.insert(node));
+    if let Some(k) = facts.iter().position(changes) {
         let what = "contacts that have nodes in common, at different times or as obstacles,";
         return Err(scope::refused(&case.contacts[of[k]].spot, what));
     }

@@ -3,6 +3,7 @@
 use super::local::Local;
 use super::small::MOST_UNKNOWNS;
 use super::solve::unknowns;
+use super::timed::is_brittle;
 use crate::contact::escape::Escape;
 use crate::friction::{Multigrid, Status};
 use crate::io::case::Case;
@@ -27,7 +28,8 @@ impl Statics {
         let ranks = &*local.division.ranks;
         let mut floats = [f64::from(u8::from(!multigrid.motions().is_empty()))];
         max(ranks, &mut floats);
-        let looks = floats[0] > 0.0 && unknowns(local) <= MOST_UNKNOWNS;
+        // What strength is left rank 0 does not know.
+        let looks = floats[0] > 0.0 && !is_brittle(case) && unknowns(local) <= MOST_UNKNOWNS;
         let prepared = if looks && ranks.rank() == 0 { prepare(case).ok().map(Box::new) } else { None };
         Statics { looks, prepared, escape: None }
     }

@@ -54,6 +54,9 @@ pub(crate) struct BoltSearch {
     /// Force.
     allowed: f64,
     is_slackened: bool,
+    /// Whether nothing was drawn together before.
+    is_from_rest: bool,
+    growth: f64,
     left: usize,
 }
 
@@ -91,7 +94,10 @@ impl BoltSearch {
         let whole = if is_slackened { (SLACK * from).max(NOTHING) } else { largest };
         let allowed = FORCE_TOLERANCE * tolerance * whole;
         // A linear problem takes twice as many steps as there are bolts; contact opens and closes on top of that.
-        BoltSearch { shortening, sought, slope, last: None, allowed, is_slackened, left: 20 + 4 * count }
+        let is_from_rest =
+            targets.iter().all(|target| matches!(target, Target::Force(_))) && before.iter().all(|&s| s == 0.0);
+        let (growth, left) = (1.0, 20 + 4 * count);
+        BoltSearch { shortening, sought, slope, last: None, allowed, is_slackened, is_from_rest, growth, left }
     }
 
     /// The bolts whose force is sought, and how large it shall be.
@@ -109,6 +115,20 @@ impl BoltSearch {
         self.sought.iter().zip(by).for_each(|(&(bolt, _), by)| self.shortening[bolt] += by);
     }
 
+    /// By how much displacements grow from the first answer to the next one, where all bolts are drawn together from rest: contact without a
+    /// gap and without other loads is scaled by the shortenings. One otherwise.
+    pub(crate) fn growth(&self) -> f64 {
+        self.growth
+    }
+
+    /// The mean of the forces wanted over those found, of bolts that have had neither force nor shortening before.
+    fn first_growth(&self, found: &[f64]) -> Option<f64> {
+        let pulls = |(s, found): (&(usize, f64), &f64)| s.1 > 0.0 && *found > 0.0 && self.shortening[s.0] > 0.0;
+        let all = self.is_from_rest && self.last.is_none() && self.sought.iter().zip(found).all(pulls);
+        let growth = self.sought.iter().map(|s| s.1).sum::<f64>() / found.iter().sum::<f64>();
+        Some(growth).filter(|growth| all && growth.is_finite())
+    }
+
     /// Takes the forces found; breaks with whether they are those wanted, or goes on with other shortenings.
     pub(crate) fn next(&mut self, forces: &[f64]) -> ControlFlow<bool> {
         let found: Vec<f64> = self.sought.iter().map(|&(bolt, _)| forces[bolt]).collect();
@@ -117,6 +137,12 @@ impl BoltSearch {
             return ControlFlow::Break(true);
         }
         self.left -= 1;
+        self.growth = 1.0;
+        if let Some(growth) = self.first_growth(&found) {
+            (self.growth, self.is_from_rest) = (growth, false);
+            self.sought.iter().for_each(|&(bolt, _)| self.shortening[bolt] *= growth);
+            return ControlFlow::Continue(());
+        }
         if self.left == 0 || missing.iter().any(|m| !m.is_finite()) {
             return ControlFlow::Break(false);
         }
@@ -150,6 +176,21 @@ impl BoltSearch {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Where the forces grow in proportion from nothing the second answer has them, however soft the joint is beside the cells at the cuts.
+    #[test]
+    fn from_rest_all_shortenings_grow_by_what_lacks_of_the_forces() {
+        let targets = [Target::Force(900.0), Target::Force(1100.0)];
+        let mut search = BoltSearch::new(&[1e6, 1e6], &targets, &[0.0, 0.0], 1e-8);
+        let forces = |s: &[f64]| vec![1e4 * s[0], 1e4 * s[1]];
+        assert_eq!(search.next(&forces(&search.shortening)), ControlFlow::Continue(()));
+        assert!((search.growth() - 100.0).abs() < 1e-9, "{}", search.growth());
+        assert_eq!(search.next(&forces(&search.shortening)), ControlFlow::Break(true));
+        // Later the joint has a history: the search goes on by what it has learnt.
+        let mut later = BoltSearch::new(&[1e6, 1e6], &targets, &[0.01, 0.01], 1e-8);
+        assert_eq!(later.next(&forces(&later.shortening)), ControlFlow::Continue(()));
+        assert_eq!(later.growth(), 1.0);
+    }
 
     /// Three loose bolts around one that is tightened: each is pulled by what the others are shortened, until its head lifts off.
     #[test]

@@ -8,6 +8,7 @@ use crate::friction::Status;
 use crate::io::case::{AgainstSpec, Case};
 use crate::mesh::bodies;
 use crate::mesh::v3::sub;
+use crate::run::pose::activity::within;
 use crate::run::pose::load_state::translations;
 use crate::run::pose::{ContactFacts, Prepared, stopwatch};
 
@@ -60,11 +61,8 @@ pub(super) fn look(prepared: &Prepared, before: &Moved, now: &Moved, outcome: &m
     let Prepared { mesh, surfaces, facts, .. } = prepared;
     let facts = facts.contacts.iter().map(|contact| &contact.surface).collect();
     let assembly = Assembly { mesh, body: bodies(mesh), surfaces, facts };
-    // Surfaces of a contact that is out may go where they like.
-    let is_out = |i: usize| {
-        let (points, out) = (prepared.problem.labels.pairs[i].points.clone(), &prepared.problem.contact.out);
-        !points.is_empty() && points.into_iter().all(|j| out.binary_search(&(j as u32)).is_ok())
-    };
+    // Surfaces of a contact that does not hold now may go where they like.
+    let is_out = |i: usize| !surfaces[i].periods.iter().any(|&period| within(period, prepared.loading.t));
     outcome.overlaps = found(&assembly, [before, now], outcome.solution.certificate.tolerance, &is_out);
     if outcome.overlaps.iter().any(|overlap| overlap.kind.is_refused()) {
         outcome.solution.status = Status::PassesThrough;

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use super::clearance;
 use super::discretisation::add_estimate;
+use super::free_motions::move_back;
 use super::levels::AccuracyRecord;
-use super::loose::move_back;
 use super::nested;
 use super::passing;
 use super::quantities::Smallness;

@@ -9,7 +9,7 @@ use super::balance::{Balance, BodyState, balance};
 use super::bolts::{BoltSearch, bolt_states};
 use super::clearance::close_clearance;
 use super::discretisation::add_estimate;
-use super::loose::move_back;
+use super::free_motions::move_back;
 use super::passing;
 use super::path::{other_starts, sliding, solve_again, tightened_by_multigrid, uniqueness_facts};
 use super::record::StepRecord;
@@ -371,7 +371,8 @@ fn tighten(
             (outcome.seconds, outcome.solution.counts) = (spent, counts);
             return Ok((loads, outcome));
         }
-        from = Some((outcome.solution.lambda, outcome.solution.u));
+        let grown = |x: Vec<f64>| x.into_iter().map(|x| search.growth() * x).collect();
+        from = Some((grown(outcome.solution.lambda), grown(outcome.solution.u)));
         // Only solves that fail make a step take more than one attempt.
         march.attempts -= 1;
     }

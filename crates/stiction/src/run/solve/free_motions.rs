@@ -55,7 +55,7 @@ pub(super) fn move_back(
     let weights = gram.solve(&free.iter().map(|of| dot(of, &wanted)).collect::<Vec<f64>>());
     let mut alpha = vec![0.0; wanted.len()];
     weights.iter().zip(&free).for_each(|(weight, of)| axpy(*weight, of, &mut alpha));
-    let part = as_far_as_gaps_allow(problem, &solution.u, &jumps.times(&alpha));
+    let part = as_far_as_gaps_allow(problem, &solution.u, &jumps.times(&alpha), &|j| !holds(j));
     alpha.iter_mut().for_each(|a| *a *= part);
     let mut change = vec![0.0; solution.u.len()];
     motions.add(&alpha, &mut change);
@@ -70,11 +70,11 @@ pub(super) fn move_back(
     }
 }
 
-/// The part of `jump` that closes no gap by more than rounding, at most one.
-fn as_far_as_gaps_allow(problem: &ContactProblem, u: &[f64], jump: &[f64]) -> f64 {
+/// The part of `jump` that closes no gap of an open point by more than rounding, at most one.
+fn as_far_as_gaps_allow(problem: &ContactProblem, u: &[f64], jump: &[f64], is_open: &dyn Fn(usize) -> bool) -> f64 {
     let now = problem.contact.B.times(u);
     let rounding = ROUNDING * max_abs(jump);
     let wide = |j: usize| (problem.contact.gap[j] - now[j]).max(0.0);
-    let closing = (0..problem.points()).filter(|&j| jump[j] > wide(j) + rounding);
+    let closing = (0..problem.points()).filter(|&j| is_open(j) && jump[j] > wide(j) + rounding);
     closing.map(|j| wide(j) / jump[j]).fold(1.0, f64::min)
 }
