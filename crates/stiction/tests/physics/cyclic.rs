@@ -82,8 +82,8 @@ fn contact_between_bodies_may_meet_the_cuts() {
     };
     let cuts = CUTS.replace("\"x-min\"", "[\"low.x-min\", \"high.x-min\"]");
     let cuts = cuts.replace("\"y-min\"", "[\"low.y-min\", \"high.y-min\"]");
-    // Quadratic faces that do not match are projected on one another to some 4e-8.
-    for (cells, element, tolerance) in [([4, 4], "hex8", 1e-8), ([4, 3], "hex8", 1e-8), ([3, 2], "hex20", 1e-7)] {
+    // Quadratic faces that do not match are projected on one another to some 1e-7: the whole turned by a quarter is itself to 2e-7.
+    for (cells, element, tolerance) in [([4, 4], "hex8", 1e-8), ([4, 3], "hex8", 1e-8), ([3, 2], "hex20", 1e-6)] {
         same(&solved(&two(true, cells, element)), &solved(&(two(false, cells, element) + &cuts)), tolerance);
     }
 }

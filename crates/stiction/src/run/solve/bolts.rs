@@ -112,6 +112,7 @@ impl BoltSearch {
 
     /// Goes on from shortenings that a solver has found, by what they are longer.
     pub(crate) fn lengthen(&mut self, by: &[f64]) {
+        self.is_from_rest = false;
         self.sought.iter().zip(by).for_each(|(&(bolt, _), by)| self.shortening[bolt] += by);
     }
 
@@ -121,10 +122,12 @@ impl BoltSearch {
         self.growth
     }
 
-    /// The mean of the forces wanted over those found, of bolts that have had neither force nor shortening before.
+    /// The mean of the forces wanted over those found at the first shortenings from rest, where no clearance had to be closed.
     fn first_growth(&self, found: &[f64]) -> Option<f64> {
-        let pulls = |(s, found): (&(usize, f64), &f64)| s.1 > 0.0 && *found > 0.0 && self.shortening[s.0] > 0.0;
-        let all = self.is_from_rest && self.last.is_none() && self.sought.iter().zip(found).all(pulls);
+        let is_first =
+            |k: usize| self.shortening[self.sought[k].0] * self.slope[k][k] <= (1.0 + 1e-9) * self.sought[k].1;
+        let pulls = |k: usize| self.sought[k].1 > 0.0 && found[k] > 0.0 && is_first(k);
+        let all = self.is_from_rest && self.last.is_none() && (0..found.len()).all(pulls);
         let growth = self.sought.iter().map(|s| s.1).sum::<f64>() / found.iter().sum::<f64>();
         Some(growth).filter(|growth| all && growth.is_finite())
     }
