@@ -66,6 +66,8 @@ const FORCE_TOLERANCE: f64 = 10.0;
 /// Where all bolts are slackened to zero, their forces are met as a part of what the cuts would carry at the shortenings before, times
 /// this: nothing is a part of zero.
 const SLACK: f64 = 1e-3;
+/// With a clearance that takes longer than the force over the stiffness of the cut by this factor nothing is in proportion.
+const CLEARANCE: f64 = 100.0;
 /// A force below this is none, in any unit.
 const NOTHING: f64 = 1e-100;
 
@@ -122,10 +124,9 @@ impl BoltSearch {
         self.growth
     }
 
-    /// The mean of the forces wanted over those found at the first shortenings from rest, where no clearance had to be closed.
+    /// The mean of the forces wanted over those found at the first shortenings from rest, where hardly a clearance had to be closed.
     fn first_growth(&self, found: &[f64]) -> Option<f64> {
-        let is_first =
-            |k: usize| self.shortening[self.sought[k].0] * self.slope[k][k] <= (1.0 + 1e-9) * self.sought[k].1;
+        let is_first = |k: usize| self.shortening[self.sought[k].0] * self.slope[k][k] <= CLEARANCE * self.sought[k].1;
         let pulls = |k: usize| self.sought[k].1 > 0.0 && found[k] > 0.0 && is_first(k);
         let all = self.is_from_rest && self.last.is_none() && (0..found.len()).all(pulls);
         let growth = self.sought.iter().map(|s| s.1).sum::<f64>() / found.iter().sum::<f64>();
