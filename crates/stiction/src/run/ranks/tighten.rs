@@ -185,7 +185,8 @@ impl Solver<'_, '_> {
                 solution.counts.cycles = cycles;
                 return Ok(Found { solution, everywhere: found, shortening: search.shortening });
             }
-            from = Some(found.free);
+            let growth = search.growth();
+            from = Some(found.free.iter().map(|u| growth * u).collect());
         }
     }
 
