@@ -56,6 +56,7 @@ pub(crate) struct BoltSearch {
     is_slackened: bool,
     /// Whether nothing was drawn together before.
     is_from_rest: bool,
+    /// See [`BoltSearch::growth`].
     growth: f64,
     left: usize,
 }
