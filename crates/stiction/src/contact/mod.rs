@@ -18,6 +18,7 @@ mod mortar;
 mod node_to_surface;
 mod normals;
 mod obstacle;
+mod overhang;
 mod overlap;
 mod pair;
 mod part;

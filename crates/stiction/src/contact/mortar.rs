@@ -20,6 +20,7 @@ use rayon::prelude::*;
 
 use super::flat::{Flat, P2, area, bounds, clip, quadrature};
 use super::obstacle::unit;
+use super::overhang::{Overhang, Places, places};
 use super::patches::keep_nearest_part;
 use super::tributary::{END, ends, positive};
 use crate::fem::face_coordinates;
@@ -35,6 +36,8 @@ const COINCIDENT: f64 = 1e-3;
 const SLIVER: f64 = 1e-13;
 /// A face covered to less than this part is not covered: the dual functions over it could not be distinguished.
 const LEAST_PART: f64 = 1e-6;
+/// A face is wholly covered if no larger part is not.
+const WHOLLY: f64 = 1e-9;
 /// Edges shorter than this part of the size of a face are rounding, of coordinates far from the origin too.
 const SHORT: f64 = 1e-9;
 /// Weights below this are rounding: matching nodes then hang on one node only.
@@ -65,6 +68,8 @@ pub(super) struct Met {
     pub several: bool,
     /// Whether a face of the other surface that looks the same way lies over or under it.
     pub averted: bool,
+    /// Where its nodes act that the covered part does not reach; none if all of the face is covered.
+    pub places: Option<Places>,
 }
 
 /// A face in space, seen along a direction.
@@ -193,6 +198,8 @@ fn met(mesh: &Mesh, face: u32, sides: &Sides, search: f64, [same, every]: [bool;
     if covered < LEAST_PART * whole {
         return Some(Met { averted, flat: whole, ..Met::default() });
     }
+    let places =
+        (covered < (1.0 - WHOLLY) * whole).then(|| places(&slave.flat, segments.iter().map(|s| s.polygon.as_slice())));
     let distance = segments.iter().map(|s| area(&s.polygon) * s.distance).sum::<f64>() / covered;
     let heights = segments.iter().flat_map(|s| s.polygon.iter().map(|&x| masters[s.seen].height(x) - slave.height(x)));
     let distances = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| [low.min(h), high.max(h)]);
@@ -209,6 +216,7 @@ fn met(mesh: &Mesh, face: u32, sides: &Sides, search: f64, [same, every]: [bool;
         normals,
         several,
         averted,
+        places,
     })
 }
 
@@ -345,7 +353,7 @@ pub(super) struct Row {
     /// `int psi_j / D_jj`: one, or `1 - 2 END` in the middle of an edge, and more where the node carries what a dropped
     /// neighbour would have carried. The master weights add up to its negative.
     pub unity_sum: f64,
-    /// Master nodes with `-M_jk / D_jj`, then slave nodes (dropped ones, ends of edges), each ascending.
+    /// Master nodes with `-M_jk / D_jj`, then slave nodes (dropped ones, ends of edges, those it acts on as well), each ascending.
     pub others: Vec<(u32, f64)>,
 }
 
@@ -413,11 +421,11 @@ pub(super) fn rows(
     mesh: &Mesh,
     slave: &[u32],
     met: &[Met],
+    (edges, overhang): (&Edges, &Overhang),
     keep: impl Fn(u32, u32) -> Result<(), u32>,
     left_out: impl Fn(u32) -> bool,
 ) -> (Vec<Row>, f64) {
-    let edges = edges(mesh, slave);
-    let carriers = carriers(mesh, slave, met, &edges, &keep);
+    let carriers = carriers(mesh, slave, met, edges, &keep);
     let mut sums: HashMap<u32, Sums> = HashMap::new();
     let stands_for = |node: &u32, area: f64| if edges.contains_key(node) { (1.0 - 2.0 * END) * area } else { area };
     let mut lost = 0.0;
@@ -443,23 +451,46 @@ pub(super) fn rows(
             }
         }
     }
+    let left = act_within(overhang, &mut sums);
     let mut rows = Vec::with_capacity(sums.len());
     let mut sums: Vec<(u32, Sums)> = sums.into_iter().collect();
     sums.sort_unstable_by_key(|entry| entry.0);
     for (node, sums) in sums {
         let area = sums.area;
-        match sums.row(node, &edges) {
-            Some(row) => rows.push(row),
+        match sums.row(node, edges) {
+            Some(row) => {
+                let area = left.get(&node).unwrap_or(&1.0) * row.area;
+                rows.push(Row { area, ..row });
+            }
             None => lost += stands_for(&node, area),
         }
     }
     (rows, lost)
 }
 
-/// The ends of the edge for each node in the middle of one.
-type Edges = HashMap<u32, [u32; 2]>;
+/// Lets nodes beyond the edge act on their neighbours as well; returns the part of its area that is left to each neighbour.
+fn act_within(overhang: &Overhang, sums: &mut HashMap<u32, Sums>) -> HashMap<u32, f64> {
+    let areas = sums.iter().map(|(&node, sums)| (node, sums.area)).collect();
+    let (moved, left) = overhang.moved(&areas);
+    let own: BTreeMap<u32, Sums> =
+        moved.values().flatten().filter_map(|(k, _)| Some((*k, sums.get(k)?.clone()))).collect();
+    for (o, parts) in &moved {
+        let Some(sums) = sums.get_mut(o) else { continue };
+        for (k, part) in parts {
+            let (other, part) = (&own[k], part * sums.area);
+            let scale = part / other.area;
+            sums.masters.extend(other.masters.iter().map(|(master, value)| (*master, scale * value)));
+            *sums.dropped.entry(*k).or_default() += part;
+            other.dropped.iter().for_each(|(q, value)| *sums.dropped.entry(*q).or_default() += scale * value);
+        }
+    }
+    left
+}
 
-fn edges(mesh: &Mesh, faces: &[u32]) -> Edges {
+/// The ends of the edge for each node in the middle of one.
+pub(super) type Edges = HashMap<u32, [u32; 2]>;
+
+pub(super) fn edges(mesh: &Mesh, faces: &[u32]) -> Edges {
     let of_face = |&face: &u32| {
         let nodes = mesh.faces[face as usize].nodes();
         (0..nodes.len()).filter_map(move |i| Some((nodes[i], ends(nodes.len(), i)?.map(|end| nodes[end]))))
@@ -468,13 +499,13 @@ fn edges(mesh: &Mesh, faces: &[u32]) -> Edges {
 }
 
 /// Integrals over all faces around a node, those of the nodes it carries for included; area.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Sums {
     /// `int phi_j`.
     area: f64,
     /// Terms of `int psi_j phi_k` of master nodes `k`, in the order of the faces.
     masters: Vec<(u32, f64)>,
-    /// `int psi_j phi_q` of dropped slave nodes `q`.
+    /// `int psi_j phi_q` of slave nodes `q` that are dropped, or on which the node acts as well.
     dropped: BTreeMap<u32, f64>,
 }
 

@@ -11,8 +11,9 @@ use super::claims::{Claim, Lost, is_near};
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::held::{Below, is_held_along};
-use super::mortar::{Met, Row, meet, rows};
+use super::mortar::{Edges, Met, Row, edges, meet, rows};
 use super::normals::normals;
+use super::overhang::Overhang;
 use super::patches::Patches;
 use super::points::{Point, prescribed, refuse_dragging};
 use super::slave_choice::face_size;
@@ -48,6 +49,8 @@ pub(super) struct Matched<'a> {
     covered: HashMap<u32, [f64; 2]>,
     /// The nodes of the master.
     others: HashSet<u32>,
+    edges: Edges,
+    overhang: Overhang,
 }
 
 /// What becomes of a node.
@@ -100,7 +103,13 @@ impl<'a> Matched<'a> {
         }
         let areas = tributary_areas(mesh, &surface.faces);
         let others = mesh.face_nodes(&master.faces).into_iter().collect();
-        Ok(Matched { mesh, surface, master, search, met, patches, outward, areas, covered, others })
+        let edges = edges(mesh, &surface.faces);
+        // A tie carries resultants of any direction, which together lie wherever they have to.
+        let overhang = match tied {
+            true => Overhang::default(),
+            false => Overhang::new(mesh, &surface.faces, &met, &edges, |face, node| patches.carries(face, node)),
+        };
+        Ok(Matched { mesh, surface, master, search, met, patches, outward, areas, covered, others, edges, overhang })
     }
 
     fn standing(&self, dofs: &DofMap, node: u32, normal: V3, whole: f64) -> Standing {
@@ -113,7 +122,7 @@ impl<'a> Matched<'a> {
             _ if covered == 0.0 => Standing::Uncovered,
             _ if self.others.contains(&node) => Standing::Shared,
             None => Standing::Held(!free.contains(&true)),
-            _ if covered < LEAST_COVER * whole => Standing::BarelyCovered,
+            _ if covered < LEAST_COVER * whole || self.overhang.dropped.contains(&node) => Standing::BarelyCovered,
             Some(axes) => Standing::Carries(axes),
         }
     }
@@ -152,7 +161,7 @@ pub(super) fn points_of_pair(
     taken: &HashSet<u32>,
 ) -> Result<(Vec<Point>, SurfaceFacts), Error> {
     let mut points = Vec::new();
-    let Matched { mesh, surface, master, search, ref met, ref patches, .. } = *matched;
+    let Matched { mesh, surface, master, search, ref met, ref patches, ref edges, ref overhang, .. } = *matched;
     let tied = surface.friction == SurfaceFriction::Bonded;
     let sizes = [face_size(mesh, &surface.faces), face_size(mesh, &master.faces)];
     let mut facts = PairFacts {
@@ -177,7 +186,7 @@ pub(super) fn points_of_pair(
         true => Err(patches.side(face)),
     };
     let leaves_out = |node: u32| lost.get(&node) == Some(&Lost::Behind);
-    let (rows, lost_area) = rows(mesh, &surface.faces, met, keep, leaves_out);
+    let (rows, lost_area) = rows(mesh, &surface.faces, met, (edges, overhang), keep, leaves_out);
     found.dropped_area = lost_area;
     for row in rows {
         let (normal, mut frame) = frames[&row.node];
@@ -200,10 +209,10 @@ pub(super) fn points_of_pair(
         found.held_along_surface += usize::from(is_held_along(dofs, row.node, &tangents));
         (found.gap_min, found.gap_max) = (found.gap_min.min(visible), found.gap_max.max(visible));
         if visible.abs() <= TOUCHING * sizes[0] {
-            facts.touching_area += row.area * row.unity_sum.min(1.0);
+            facts.touching_area += row.area * row.unity_sum;
         } else if visible < 0.0 {
             found.overlapping += 1;
-            found.overlapping_area += row.area * row.unity_sum.min(1.0);
+            found.overlapping_area += row.area * row.unity_sum;
         }
         // A tie keeps the distance it was meshed with.
         let gap = if tied { 0.0 } else { gap };

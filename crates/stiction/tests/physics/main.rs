@@ -29,6 +29,7 @@ mod loads;
 mod materials;
 mod mortar;
 mod named_twice;
+mod overhang;
 mod parts;
 mod passing;
 mod plane_decks;
