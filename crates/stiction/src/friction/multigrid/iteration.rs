@@ -173,7 +173,7 @@ pub(super) fn run(
             Verdict::Progress => changes[usize::from(coupled)],
             _ => problem.transformed.halo().any(state.coarse_levels_change(problem)[usize::from(coupled)]),
         };
-        state.constrain(hierarchy, changes);
+        state.constrain(problem, hierarchy, changes);
         state.apply_targets(problem);
         for _ in 0..cycles {
             let r = residual(problem, &state.iterate);
@@ -321,22 +321,28 @@ impl State {
     pub(super) fn coarse_levels_change(&self, problem: &Subproblem<'_>) -> [bool; 2] {
         let new = || self.iterate.conditions.iter().map(|s| &s.constraint);
         let couples = |c: &NodeConstraint| c.coulomb != [0.0; 2];
-        let differs = |((new, old), law): ((&NodeConstraint, &NodeConstraint), &PointLaw)| {
-            new.constrained != old.constrained || spring_differs(&new.spring, &old.spring, law.parameter)
-        };
         let differ = self.coarse.len() != self.iterate.conditions.len()
-            || new().zip(&self.coarse).zip(problem.laws).any(differs);
+            || new().zip(&self.coarse).zip(problem.laws).any(|((new, old), law)| differs(new, old, law));
         let were_coupled = self.coarse.iter().any(couples);
         [false, new().any(couples)].map(|coupled| differ || coupled != were_coupled)
     }
 
-    /// Constrains the hierarchy by the contact conditions, its coarse levels too where they change on some rank.
-    pub(super) fn constrain(&mut self, hierarchy: &mut Hierarchy, coarse: bool) {
+    /// Constrains the hierarchy by the contact conditions, its coarse levels too where they change on some rank. There springs that
+    /// hardly differ stay as they are: a change costs by the nodes that do.
+    pub(super) fn constrain(&mut self, problem: &Subproblem<'_>, hierarchy: &mut Hierarchy, coarse: bool) {
         let constraints: Vec<NodeConstraint> = self.iterate.conditions.iter().map(|s| s.constraint).collect();
-        hierarchy.constrain(&constraints, coarse);
-        if coarse {
-            self.coarse = constraints;
+        if !coarse {
+            return hierarchy.constrain(&constraints, None);
         }
+        if self.coarse.len() != constraints.len() {
+            self.coarse.clone_from(&constraints);
+            hierarchy.renew_coarse_levels();
+        }
+        for ((old, new), law) in self.coarse.iter_mut().zip(&constraints).zip(problem.laws) {
+            let spring = if differs(new, old, law) { new.spring } else { old.spring };
+            *old = NodeConstraint { spring, ..*new };
+        }
+        hierarchy.constrain(&constraints, Some(&self.coarse));
     }
 
     /// Constrained components take their target values, and those of the directions become zero.
@@ -362,6 +368,11 @@ impl State {
         let kp = self.directions.iter_mut().map(|d| &mut d.kp);
         transformed.add_columns_of_ghosts(changes, std::iter::once(ku).chain(kp));
     }
+}
+
+/// Whether a component is constrained or released, or the spring changes, so that the coarse levels do.
+fn differs(new: &NodeConstraint, old: &NodeConstraint, law: &PointLaw) -> bool {
+    new.constrained != old.constrained || spring_differs(&new.spring, &old.spring, law.parameter)
 }
 
 /// Whether a spring changes by more than the stiffness of the spring and of the body at its point.

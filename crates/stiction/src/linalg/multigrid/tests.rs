@@ -273,7 +273,7 @@ fn local_changes_of_the_linear_level_and_below_it_are_those_of_the_truncated_fun
     let touched = support.touched();
     let (all, halo) = (RelativeMatrix::new(a.clone(), None), Halo::alone(nodes.len()));
     let truncation = truncation::Truncation::new(&all, &nodes, (halo, &[]), Default::default(), &Halo::alone(0));
-    let change = truncation.change(&support, &touched, &constraints, whole.matrix.rows);
+    let change = truncation.change(&support, &touched, [&vec![Default::default(); nodes.len()], &constraints], whole.matrix.rows);
     let mut matrix = vec![vec![[[0.0; 6]; 6]; whole.matrix.rows]; whole.matrix.rows];
     for k in 0..whole.matrix.rows {
         whole.matrix.entries_of(k).for_each(|(l, block)| matrix[k][l as usize] = *block);
@@ -293,7 +293,7 @@ fn local_changes_of_the_linear_level_and_below_it_are_those_of_the_truncated_fun
         Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &nodes, Some(space), &Stop::never())
             .unwrap()
             .unwrap();
-    hierarchy.constrain(&constraints, true);
+    hierarchy.constrain(&constraints, Some(&constraints));
     let truncated = |x: &mut Vec<[f64; 3]>| {
         for (&v, constraint) in nodes.iter().zip(&constraints) {
             (0..3).filter(|&c| constraint.constrained[c]).for_each(|c| x[v as usize][c] = 0.0);
@@ -347,7 +347,7 @@ impl SlippingFace {
             Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &nodes, None, &Stop::never())
                 .unwrap()
                 .unwrap();
-        hierarchy.constrain(&constraints, true);
+        hierarchy.constrain(&constraints, Some(&constraints));
         SlippingFace { a, nodes, constraints, hierarchy }
     }
 
@@ -444,7 +444,8 @@ fn the_coarse_problem_is_that_of_the_finest_level_in_a_smaller_space() {
     let mut hierarchy =
         Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &nodes, None, &Stop::never()).unwrap().unwrap();
     // Earlier constraints of the levels do not matter.
-    hierarchy.constrain(&vec![NodeConstraint { constrained: [true; 3], ..Default::default() }; nodes.len()], true);
+    let all = vec![NodeConstraint { constrained: [true; 3], ..Default::default() }; nodes.len()];
+    hierarchy.constrain(&all, Some(&all));
     let spring = [[3.0, 0.0, 0.0], [0.0, 2.0, -1.0], [0.0, -1.0, 0.5]];
     let mut coarse = CoarseProblem::new(&mut hierarchy).unwrap();
     let f: Vec<[f64; 3]> = (0..a.rows).map(|i| [1.0, (i % 3) as f64, (i % 7) as f64 - 3.0]).collect();
@@ -521,7 +522,7 @@ pub(super) fn assert_local_changes<const C: usize>(
     let (whole, halo) = (RelativeMatrix::new(a.clone(), None), Halo::alone(nodes.len()));
     let truncation = truncation::Truncation::new(&whole, nodes, (halo, &[]), Default::default(), &Halo::alone(0));
     let expected = truncated_galerkin(conditioned, step, nodes, constraints);
-    let change = truncation.change(&support, &touched, constraints, step.matrix.rows);
+    let change = truncation.change(&support, &touched, [&vec![Default::default(); nodes.len()], constraints], step.matrix.rows);
     for k in 0..step.matrix.rows {
         for l in 0..step.matrix.rows {
             let before = step.matrix.place(k, l).map_or([[0.0; C]; C], |place| step.matrix.value[place]);
