@@ -22,6 +22,7 @@ use crate::io::pieces::{Head, NamedPiece, displacements_of_step, step_name, stre
 use crate::io::step::StepFile;
 use crate::io::{checksum, folder};
 use crate::ranks::{Ranks, Wire, agree, broadcast, gather_all, to_bytes};
+use crate::run::solve::extrapolation::KEPT;
 use crate::run::pose::axis::Position;
 use crate::run::pose::surfaces::widened;
 use crate::run::results::json;
@@ -276,7 +277,7 @@ fn displacements(folder: &Path, named: &NamedPiece, step: &Entry) -> Result<Vec<
 fn to_go_on_from(case: &Case, steps: &[Entry]) -> Vec<usize> {
     let until = |begin: f64| steps.iter().rposition(|entry| entry.record.t <= begin);
     let mut numbers: Vec<usize> = begins(case).into_iter().filter_map(until).collect();
-    numbers.extend(steps.len().saturating_sub(2)..steps.len());
+    numbers.extend(steps.len().saturating_sub(KEPT)..steps.len());
     numbers.sort_unstable();
     numbers.dedup();
     numbers
