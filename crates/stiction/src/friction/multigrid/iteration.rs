@@ -104,6 +104,9 @@ impl Threshold {
     const SHARP: f64 = 1e-6;
     /// The square of contact forces over that of the load below which there are none to measure by.
     const FORCES: f64 = 1e-10;
+    /// The change of a spring that coarse levels do not follow, over the stiffness of the spring and of the body. With one the second
+    /// load step of a bearing seat takes 36 cycles in place of 28; with zero every point that slips changes every time.
+    const SAME_SPRING: f64 = 0.25;
     /// The last cycle's drift of `K u` that is accepted, over the tolerance.
     const DRIFT: f64 = 0.1;
 }
@@ -339,7 +342,9 @@ impl State {
             hierarchy.renew_coarse_levels();
         }
         for ((old, new), law) in self.coarse.iter_mut().zip(&constraints).zip(problem.laws) {
-            let spring = if differs(new, old, law) { new.spring } else { old.spring };
+            let is_same = new.constrained == old.constrained
+                && spring_change(&new.spring, &old.spring, law.parameter) <= Threshold::SAME_SPRING;
+            let spring = if is_same { old.spring } else { new.spring };
             *old = NodeConstraint { spring, ..*new };
         }
         hierarchy.constrain(&constraints, Some(&self.coarse));
@@ -372,15 +377,15 @@ impl State {
 
 /// Whether a component is constrained or released, or the spring changes, so that the coarse levels do.
 fn differs(new: &NodeConstraint, old: &NodeConstraint, law: &PointLaw) -> bool {
-    new.constrained != old.constrained || spring_differs(&new.spring, &old.spring, law.parameter)
+    new.constrained != old.constrained || spring_change(&new.spring, &old.spring, law.parameter) > 1.0
 }
 
-/// Whether a spring changes by more than the stiffness of the spring and of the body at its point.
-fn spring_differs(new: &Block<3, 3>, old: &Block<3, 3>, parameter: f64) -> bool {
+/// The change of a spring over the stiffness of the spring and of the body at its point.
+fn spring_change(new: &Block<3, 3>, old: &Block<3, 3>, parameter: f64) -> f64 {
     let trace = |spring: &Block<3, 3>| spring[1][1] + spring[2][2];
     let pairs = new.iter().flatten().zip(old.iter().flatten());
     let change = pairs.map(|(new, old)| (new - old).abs()).fold(0.0, f64::max);
-    change > parameter + trace(new).min(trace(old))
+    change / (parameter + trace(new).min(trace(old)))
 }
 
 /// `y += change` times the column of `K` at a component of a node, at the nodes of this rank; `K` is symmetric.

@@ -400,9 +400,8 @@ impl Truncation {
         let changes: Vec<bool> = old.iter().zip(new).map(|(old, new)| old.constrained != new.constrained).collect();
         // The change of S: one where a component is constrained, minus one where it is released.
         let sign = |of: bool, before: bool| f64::from(u8::from(of)) - f64::from(u8::from(before));
-        let signs = |i: usize| -> [f64; 3] {
-            std::array::from_fn(|r| sign(constrains(new, i, r), constrains(old, i, r)))
-        };
+        let signs =
+            |i: usize| -> [f64; 3] { std::array::from_fn(|r| sign(constrains(new, i, r), constrains(old, i, r))) };
         // The change of S A S, if there is one.
         let part = |i: usize, k: usize, a: &Block<3, 3>| -> Option<Block<3, 3>> {
             let both = |of, r, c| constrains(of, i, r) && constrains(of, k, c);

@@ -22,12 +22,12 @@ use crate::io::pieces::{Head, NamedPiece, displacements_of_step, step_name, stre
 use crate::io::step::StepFile;
 use crate::io::{checksum, folder};
 use crate::ranks::{Ranks, Wire, agree, broadcast, gather_all, to_bytes};
-use crate::run::solve::extrapolation::KEPT;
 use crate::run::pose::axis::Position;
 use crate::run::pose::surfaces::widened;
 use crate::run::results::json;
 use crate::run::results::step_file::{STATE, remove_steps, widen};
 use crate::run::results::sums::{self, Sums};
+use crate::run::solve::extrapolation::KEPT;
 use crate::run::solve::strength::{left, lost};
 use crate::run::whole::Stage;
 

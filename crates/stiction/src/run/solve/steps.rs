@@ -435,7 +435,8 @@ fn predicted(prepared: &Prepared, march: &March, t: f64) -> (Vec<f64>, Vec<f64>)
     let squares = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
     let off = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>();
     let mut away = |weights: &[f64]| {
-        let away = [off(&of(|answer| &answer.f, weights), &elastic.f), off(&of(|answer| &answer.gap, weights), &contact.gap)];
+        let away =
+            [off(&of(|answer| &answer.f, weights), &elastic.f), off(&of(|answer| &answer.gap, weights), &contact.gap)];
         [away, [squares(&elastic.f), squares(&contact.gap)]]
     };
     let times: Vec<f64> = march.answers.iter().map(|answer| answer.t).collect();
