@@ -64,8 +64,8 @@ pub(super) struct State {
     reversed: Vec<bool>,
     /// Search directions of the last cycles, the newest first.
     directions: Vec<Direction>,
-    /// The constraints of the coarse levels.
-    coarse: Vec<NodeConstraint>,
+    /// The constraints of the coarse levels; none before they have some of this run.
+    coarse: Option<Vec<NodeConstraint>>,
     /// Whether the first contact conditions are a guess, for want of displacements.
     guess: bool,
     /// Whether it begins at displacements that were given, such as the answer of the load step before.
@@ -104,9 +104,6 @@ impl Threshold {
     const SHARP: f64 = 1e-6;
     /// The square of contact forces over that of the load below which there are none to measure by.
     const FORCES: f64 = 1e-10;
-    /// The change of a spring that coarse levels do not follow, over the stiffness of the spring and of the body. With one the second
-    /// load step of a bearing seat takes 36 cycles in place of 28; with zero every point that slips changes every time.
-    const SAME_SPRING: f64 = 0.25;
     /// The last cycle's drift of `K u` that is accepted, over the tolerance.
     const DRIFT: f64 = 0.1;
 }
@@ -176,7 +173,7 @@ pub(super) fn run(
             Verdict::Progress => changes[usize::from(coupled)],
             _ => problem.transformed.halo().any(state.coarse_levels_change(problem)[usize::from(coupled)]),
         };
-        state.constrain(problem, hierarchy, changes);
+        state.constrain(hierarchy, changes);
         state.apply_targets(problem);
         for _ in 0..cycles {
             let r = residual(problem, &state.iterate);
@@ -237,7 +234,7 @@ impl State {
     pub(super) fn restart(&mut self) {
         self.directions.clear();
         self.reversed.clear();
-        self.coarse.clear();
+        self.coarse = None;
         self.monitor.restart(self.cycles);
         (self.guess, self.given) = (false, false);
     }
@@ -322,32 +319,28 @@ impl State {
     /// thousand times stiffer than a cycle later, makes the coarse levels too stiff there. A single one costs a hundred
     /// cycles on graded meshes.
     pub(super) fn coarse_levels_change(&self, problem: &Subproblem<'_>) -> [bool; 2] {
+        let Some(coarse) = &self.coarse else { return [true; 2] };
         let new = || self.iterate.conditions.iter().map(|s| &s.constraint);
         let couples = |c: &NodeConstraint| c.coulomb != [0.0; 2];
-        let differ = self.coarse.len() != self.iterate.conditions.len()
-            || new().zip(&self.coarse).zip(problem.laws).any(|((new, old), law)| differs(new, old, law));
-        let were_coupled = self.coarse.iter().any(couples);
+        let differs = |((new, old), law): ((&NodeConstraint, &NodeConstraint), &PointLaw)| {
+            new.constrained != old.constrained || spring_differs(&new.spring, &old.spring, law.parameter)
+        };
+        let differ = new().zip(coarse).zip(problem.laws).any(differs);
+        let were_coupled = coarse.iter().any(couples);
         [false, new().any(couples)].map(|coupled| differ || coupled != were_coupled)
     }
 
-    /// Constrains the hierarchy by the contact conditions, its coarse levels too where they change on some rank. There springs that
-    /// hardly differ stay as they are: a change costs by the nodes that do.
-    pub(super) fn constrain(&mut self, problem: &Subproblem<'_>, hierarchy: &mut Hierarchy, coarse: bool) {
+    /// Constrains the hierarchy by the contact conditions, its coarse levels too where they change on some rank. Rounding of the changes
+    /// of other runs is not carried on.
+    pub(super) fn constrain(&mut self, hierarchy: &mut Hierarchy, coarse: bool) {
         let constraints: Vec<NodeConstraint> = self.iterate.conditions.iter().map(|s| s.constraint).collect();
-        if !coarse {
-            return hierarchy.constrain(&constraints, None);
-        }
-        if self.coarse.len() != constraints.len() {
-            self.coarse.clone_from(&constraints);
+        if coarse && self.coarse.is_none() {
             hierarchy.renew_coarse_levels();
         }
-        for ((old, new), law) in self.coarse.iter_mut().zip(&constraints).zip(problem.laws) {
-            let is_same = new.constrained == old.constrained
-                && spring_change(&new.spring, &old.spring, law.parameter) <= Threshold::SAME_SPRING;
-            let spring = if is_same { old.spring } else { new.spring };
-            *old = NodeConstraint { spring, ..*new };
+        hierarchy.constrain(&constraints, coarse);
+        if coarse {
+            self.coarse = Some(constraints);
         }
-        hierarchy.constrain(&constraints, Some(&self.coarse));
     }
 
     /// Constrained components take their target values, and those of the directions become zero.
@@ -375,17 +368,12 @@ impl State {
     }
 }
 
-/// Whether a component is constrained or released, or the spring changes, so that the coarse levels do.
-fn differs(new: &NodeConstraint, old: &NodeConstraint, law: &PointLaw) -> bool {
-    new.constrained != old.constrained || spring_change(&new.spring, &old.spring, law.parameter) > 1.0
-}
-
-/// The change of a spring over the stiffness of the spring and of the body at its point.
-fn spring_change(new: &Block<3, 3>, old: &Block<3, 3>, parameter: f64) -> f64 {
+/// Whether a spring changes by more than the stiffness of the spring and of the body at its point.
+fn spring_differs(new: &Block<3, 3>, old: &Block<3, 3>, parameter: f64) -> bool {
     let trace = |spring: &Block<3, 3>| spring[1][1] + spring[2][2];
     let pairs = new.iter().flatten().zip(old.iter().flatten());
     let change = pairs.map(|(new, old)| (new - old).abs()).fold(0.0, f64::max);
-    change / (parameter + trace(new).min(trace(old)))
+    change > parameter + trace(new).min(trace(old))
 }
 
 /// `y += change` times the column of `K` at a component of a node, at the nodes of this rank; `K` is symmetric.

@@ -501,7 +501,7 @@ mod tests {
         let mut multigrid =
             Hierarchy::new(&relative, kernel, &coordinates.nodes, None, &Stop::never()).unwrap().unwrap();
         let all = constraints_of(&|_| [true; 3]);
-        multigrid.constrain(&all, Some(&all));
+        multigrid.constrain(&all, true);
         let zero_constrained = |x: &mut Vec<[f64; 3]>| coordinates.nodes.iter().for_each(|&v| x[v as usize] = [0.0; 3]);
         // Steepest descent with the cycle contracts the error; constrained nodes do not move.
         let mut x = vector(a.rows, 0.618);
@@ -539,7 +539,7 @@ mod tests {
             };
             let mut multigrid =
                 Hierarchy::new(&relative, &kernel, &coordinates.nodes, None, &Stop::never()).unwrap().unwrap();
-            multigrid.constrain(&vec![constraint; count], Some(&vec![constraint; count]));
+            multigrid.constrain(&vec![constraint; count], true);
             let [mut p, mut q] = [0.618, 0.414].map(|seed| vector(a.rows, seed));
             zero_constrained(&mut p);
             zero_constrained(&mut q);

@@ -61,8 +61,8 @@ pub(super) struct Truncation {
     /// The coarsest matrix without constraints, and with those that it has.
     coarsest: Blocks<6, 6>,
     constrained_coarsest: Blocks<6, 6>,
-    /// The constraints that the coarse levels have, those of ghosts too; empty if it is not known.
-    held: Vec<NodeConstraint>,
+    /// The constraints that the coarse levels have, those of ghosts too; none where they are to be renewed.
+    held: Option<Vec<NodeConstraint>>,
 }
 
 /// The rows of a coarse matrix that constraints change, one after the other. They are kept in double precision, because the rounding
@@ -199,7 +199,7 @@ impl Truncation {
             rows: Vec::new(),
             coarsest: Blocks::default(),
             constrained_coarsest: Blocks::default(),
-            held: Vec::new(),
+            held: None,
         }
     }
 
@@ -255,9 +255,9 @@ fn column<'a, const C: usize>(
 }
 
 impl Hierarchy {
-    /// Constrains the contact nodes, one constraint each in their order: the finest level by `constraints`, the coarse levels by
-    /// `coarse` where that is given.
-    pub(crate) fn constrain(&mut self, constraints: &[NodeConstraint], coarse: Option<&[NodeConstraint]>) {
+    /// Constrains the contact nodes, one constraint each in their order. The finest level changes at once, the coarse levels
+    /// only if `coarse` is true.
+    pub(crate) fn constrain(&mut self, constraints: &[NodeConstraint], coarse: bool) {
         let Truncation { nodes, diagonal, .. } = &self.truncation;
         for ((constraint, &v), block) in constraints.iter().zip(nodes).zip(diagonal) {
             let mut diagonal = *block;
@@ -271,17 +271,17 @@ impl Hierarchy {
         self.constrained.clear();
         let some = constraints.iter().enumerate().filter(|(_, c)| c.constrained != [false; 3]);
         self.constrained.extend(some.map(|(place, c)| (place as u32, c.constrained)));
-        self.absolute.constrain(constraints, nodes, &self.fine.matrix, coarse.is_some());
-        if let Some(coarse) = coarse {
-            let coarse = self.truncation.halo.extended(coarse).into_owned();
-            self.update_coarse(coarse);
+        self.absolute.constrain(constraints, nodes, &self.fine.matrix, coarse);
+        if coarse {
+            let constraints = self.truncation.halo.extended(constraints).into_owned();
+            self.update_coarse(constraints);
         }
     }
 
-    /// The next constraints of the coarse levels are not added to those that they have, whose rounding is lost with them.
+    /// The next constraints of the coarse levels are added to none: what the changes so far have left of rounding is lost.
     pub(crate) fn renew_coarse_levels(&mut self) {
         let Truncation { rows, held, constrained_coarsest, coarsest, .. } = &mut self.truncation;
-        held.clear();
+        *held = None;
         rows.iter_mut().for_each(|rows| rows.now.clear());
         constrained_coarsest.clone_from(coarsest);
         self.linear.iter_mut().for_each(|linear| linear.rows.now.clear());
@@ -289,12 +289,11 @@ impl Hierarchy {
 
     /// Adds what changes since the constraints were the last ones; these are those of ghosts too.
     fn update_coarse(&mut self, constraints: Vec<NodeConstraint>) {
-        if self.truncation.held.is_empty() {
+        let old = self.truncation.held.take().unwrap_or_else(|| {
             self.renew_coarse_levels();
-            self.truncation.held = vec![NodeConstraint::default(); constraints.len()];
-        }
-        let truncation = &self.truncation;
-        let both = [&truncation.held[..], &constraints];
+            vec![NodeConstraint::default(); constraints.len()]
+        });
+        let (truncation, both) = (&self.truncation, [&old[..], &constraints]);
         if let Some(linear) = &mut self.linear {
             let reach = &linear.reach;
             let change = truncation.change(&linear.support, &reach.reach, both, linear.level.halo.len());
@@ -306,7 +305,7 @@ impl Hierarchy {
         let change = reach.rows(change);
         self.change_coarse(0, change);
         self.couple_coarse_levels(&constraints);
-        self.truncation.held = constraints;
+        self.truncation.held = Some(constraints);
     }
 
     /// The matrix of a coarse level without constraints.
