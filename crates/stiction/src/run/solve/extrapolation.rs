@@ -22,7 +22,8 @@ pub(crate) fn weights(times: &[f64], t: f64, away: &mut dyn FnMut(&[f64]) -> Awa
     for count in 2..=times.len() {
         let next = polynomial(times, count, t);
         let here = left(&next);
-        if (0..2).any(|k| here[k] > nearest[k]) || here == nearest {
+        let is_nearer = (0..2).all(|k| here[k] <= nearest[k]) && here != nearest;
+        if !is_nearer {
             break;
         }
         (best, nearest) = (next, here);

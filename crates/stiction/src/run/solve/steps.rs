@@ -239,7 +239,8 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
     let balance = Balance { work, elastic, dissipation };
     let answer =
         |s: &StepFile| Answer { t: s.t, f: s.f.clone(), gap: s.gap.clone(), u: s.u.clone(), lambda: s.lambda.clone() };
-    let answers = before.iter().chain([&last]).map(answer).collect();
+    let needed = &before[before.len().saturating_sub(KEPT - 1)..];
+    let answers = needed.iter().chain([&last]).map(answer).collect();
     let body = BodyState { loads, u: last.u, lambda: last.lambda, balance };
     let last = Some((outcome, last.slip_reference));
     Ok(March { at, body, slid, answers, last, records, moved, laws, lost, ..begin })
