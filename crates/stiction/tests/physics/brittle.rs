@@ -97,7 +97,7 @@ fn a_glued_block_that_is_dragged_off_is_left_with_friction() {
             Some(Restart {
                 records: whole.outcome.steps[..=middle].to_vec(),
                 last: whole.files[middle].clone(),
-                before: middle.checked_sub(1).map(|before| whole.files[before].clone()),
+                before: whole.files[..middle].to_vec(),
                 history: Vec::new(),
             })
         });

@@ -336,7 +336,8 @@ fn an_interrupted_run_goes_on_where_it_stopped() {
     let mut prepared = prepare(&case).unwrap();
     let mut kept: Option<Restart> = None;
     let mut keep = |_: &Prepared, step: &Step| {
-        let before = kept.take().map(|restart| restart.last);
+        let before =
+            kept.take().into_iter().flat_map(|restart| [restart.before, vec![restart.last]].concat()).collect();
         kept = Some(Restart { records: step.records.to_vec(), last: step.file.clone(), before, history: Vec::new() });
         Ok(())
     };

@@ -64,8 +64,8 @@ pub(super) struct State {
     reversed: Vec<bool>,
     /// Search directions of the last cycles, the newest first.
     directions: Vec<Direction>,
-    /// The constraints of the coarse levels.
-    coarse: Vec<NodeConstraint>,
+    /// The constraints of the coarse levels; none before they have some of this run.
+    coarse: Option<Vec<NodeConstraint>>,
     /// Whether the first contact conditions are a guess, for want of displacements.
     guess: bool,
     /// Whether it begins at displacements that were given, such as the answer of the load step before.
@@ -234,7 +234,7 @@ impl State {
     pub(super) fn restart(&mut self) {
         self.directions.clear();
         self.reversed.clear();
-        self.coarse.clear();
+        self.coarse = None;
         self.monitor.restart(self.cycles);
         (self.guess, self.given) = (false, false);
     }
@@ -319,23 +319,27 @@ impl State {
     /// thousand times stiffer than a cycle later, makes the coarse levels too stiff there. A single one costs a hundred
     /// cycles on graded meshes.
     pub(super) fn coarse_levels_change(&self, problem: &Subproblem<'_>) -> [bool; 2] {
+        let Some(coarse) = &self.coarse else { return [true; 2] };
         let new = || self.iterate.conditions.iter().map(|s| &s.constraint);
         let couples = |c: &NodeConstraint| c.coulomb != [0.0; 2];
         let differs = |((new, old), law): ((&NodeConstraint, &NodeConstraint), &PointLaw)| {
             new.constrained != old.constrained || spring_differs(&new.spring, &old.spring, law.parameter)
         };
-        let differ = self.coarse.len() != self.iterate.conditions.len()
-            || new().zip(&self.coarse).zip(problem.laws).any(differs);
-        let were_coupled = self.coarse.iter().any(couples);
+        let differ = new().zip(coarse).zip(problem.laws).any(differs);
+        let were_coupled = coarse.iter().any(couples);
         [false, new().any(couples)].map(|coupled| differ || coupled != were_coupled)
     }
 
-    /// Constrains the hierarchy by the contact conditions, its coarse levels too where they change on some rank.
+    /// Constrains the hierarchy by the contact conditions, its coarse levels too where they change on some rank. Rounding of the changes
+    /// of other runs is not carried on.
     pub(super) fn constrain(&mut self, hierarchy: &mut Hierarchy, coarse: bool) {
         let constraints: Vec<NodeConstraint> = self.iterate.conditions.iter().map(|s| s.constraint).collect();
+        if coarse && self.coarse.is_none() {
+            hierarchy.renew_coarse_levels();
+        }
         hierarchy.constrain(&constraints, coarse);
         if coarse {
-            self.coarse = constraints;
+            self.coarse = Some(constraints);
         }
     }
 

@@ -116,16 +116,29 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
     pub(crate) fn times(&self, x: &[[f64; C]]) -> Vec<[f64; R]> {
         let mut y = vec![[0.0; R]; self.rows];
         y.par_chunks_mut(ROWS_PER_TASK).enumerate().for_each(|(task, y)| {
-            for (k, y) in y.iter_mut().enumerate() {
-                for (j, a) in self.entries_of(task * ROWS_PER_TASK + k) {
-                    let x = &x[j as usize];
-                    for r in 0..R {
-                        for c in 0..C {
-                            y[r] += a[r][c] * x[c];
+            vectorised(
+                #[inline(always)]
+                || {
+                    for (k, y) in y.iter_mut().enumerate() {
+                        let own = self.start[task * ROWS_PER_TASK + k]..self.start[task * ROWS_PER_TASK + k + 1];
+                        // Entries add up each for itself, so that no addition waits for the one before.
+                        let mut sums = [[0.0; C]; R];
+                        for (&j, a) in self.column[own.clone()].iter().zip(&self.value[own]) {
+                            let x = &x[j as usize];
+                            for r in 0..R {
+                                for c in 0..C {
+                                    sums[r][c] += a[r][c] * x[c];
+                                }
+                            }
+                        }
+                        for r in 0..R {
+                            for c in 0..C {
+                                y[r] += sums[r][c];
+                            }
                         }
                     }
-                }
-            }
+                },
+            );
         });
         y
     }

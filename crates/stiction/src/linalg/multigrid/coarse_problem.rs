@@ -217,6 +217,7 @@ impl<'a> CoarseProblem<'a> {
                 rows.entries_of(i as usize).for_each(|(j, block)| add_transpose_product(&pulled, block, row.at(j)));
             }
         });
+        hierarchy.renew_coarse_levels();
         hierarchy.change_coarse(1, reach.rows(change));
     }
 

@@ -1,4 +1,4 @@
-use crate::linalg::kernels;
+use crate::linalg::{kernels, vectorised};
 
 use super::blocks::Blocks;
 use super::dense::NO_STIFFNESS;
@@ -35,12 +35,19 @@ impl CoarsestFactor {
             let (done, rest) = lower.split_at_mut(k * n);
             let column = &mut rest[..n];
             let diagonal = column[k];
-            for j in 0..k {
-                let factor = done[j * n + k];
-                if factor != 0.0 {
-                    column[k..].iter_mut().zip(&done[j * n + k..(j + 1) * n]).for_each(|(c, l)| *c -= factor * l);
-                }
-            }
+            vectorised(
+                #[inline(always)]
+                || {
+                    for j in 0..k {
+                        let factor = done[j * n + k];
+                        if factor != 0.0 {
+                            for (c, l) in column[k..].iter_mut().zip(&done[j * n + k..(j + 1) * n]) {
+                                *c -= factor * l;
+                            }
+                        }
+                    }
+                },
+            );
             let pivot = column[k];
             if pivot > (SINGULAR * diagonal).max(least) {
                 let scale = 1.0 / pivot.sqrt();

@@ -210,7 +210,7 @@ fn first_rows(
             if let Some(own) = own {
                 let minus = lift.map(|row| row.map(|v| -v));
                 let columns = matrix.row(reach.touched[own] as usize).0;
-                for (&j, a) in columns.iter().zip(&truncation.free[0][free[own]..free[own + 1]]) {
+                for (&j, a) in columns.iter().zip(&truncation.rows[0].free[free[own]..free[own + 1]]) {
                     add_transpose_product(&minus, a, target.at(j));
                 }
             }

@@ -5,7 +5,7 @@ use super::dense::add_product;
 use super::distance::place;
 use super::packed::Packed;
 use super::smoother::Level;
-use super::truncation::Support;
+use super::truncation::{Support, TouchedRows};
 use crate::ranks::Halo;
 
 /// The displacements of a mesh of quadratic elements that are linear on its corners, as the first coarse space: three
@@ -121,9 +121,9 @@ pub(super) struct Linear {
     pub prolongation: Packed<3, 3>,
     /// What the nodes that may be constrained contribute.
     pub support: Support<3>,
-    /// The nodes whose rows may change, and the values of these rows without constraints.
+    /// The nodes whose rows may change, and these rows.
     pub reach: Reach,
-    pub free: Vec<Block<3, 3>>,
+    pub rows: TouchedRows<3>,
 }
 
 impl Linear {
@@ -131,11 +131,11 @@ impl Linear {
     pub(super) fn new(step: &Coarser<3, 3>, contact_nodes: &[u32]) -> Linear {
         let support = Support::of_step(step, contact_nodes);
         let reach = Reach::new(&step.halo, support.touched());
-        let free = reach.touched.iter().flat_map(|&i| step.matrix.row(i as usize).1).copied().collect();
+        let rows = TouchedRows::of(&step.matrix, &reach.touched);
         let mut level = Level::new(&step.matrix, step.halo.clone());
         level.expect_changes(&reach.touched);
         level.damp_less();
         let prolongation = Packed::new(&step.prolongation);
-        Linear { level, prolongation, support, reach, free }
+        Linear { level, prolongation, support, reach, rows }
     }
 }

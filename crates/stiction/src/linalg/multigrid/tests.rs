@@ -2,6 +2,7 @@ use super::blocks::{Block, Blocks};
 use super::coarsen::{Coarser, Kernel, galerkin};
 use super::dense::{add_product, add_transpose_product};
 use super::distance::place;
+use super::packed::Single;
 use super::*;
 
 /// On one rank.
@@ -273,7 +274,12 @@ fn local_changes_of_the_linear_level_and_below_it_are_those_of_the_truncated_fun
     let touched = support.touched();
     let (all, halo) = (RelativeMatrix::new(a.clone(), None), Halo::alone(nodes.len()));
     let truncation = truncation::Truncation::new(&all, &nodes, (halo, &[]), Default::default(), &Halo::alone(0));
-    let change = truncation.change(&support, &touched, &constraints, whole.matrix.rows);
+    let change = truncation.change(
+        &support,
+        &touched,
+        [&vec![Default::default(); nodes.len()], &constraints],
+        whole.matrix.rows,
+    );
     let mut matrix = vec![vec![[[0.0; 6]; 6]; whole.matrix.rows]; whole.matrix.rows];
     for k in 0..whole.matrix.rows {
         whole.matrix.entries_of(k).for_each(|(l, block)| matrix[k][l as usize] = *block);
@@ -411,6 +417,37 @@ fn the_coulomb_coupling_is_tested_by_lifts_and_lifts_fit_the_coupled_tangential_
     assert!((mean / (part * COULOMB[0]) - 1.0).abs() < 0.25, "{mean}");
 }
 
+/// What constraints add to the coarse levels one after the other is what the last ones add to levels without any.
+#[test]
+fn constraints_that_follow_each_other_leave_the_coarse_levels_of_the_last_ones() {
+    let SlippingFace { nodes, constraints, hierarchy: renewed, .. } = SlippingFace::new();
+    let mut followed = renewed.clone();
+    let stiff = [[0.0; 3], [0.0, 4e3, 1e3], [0.0, 1e3, 2e3]];
+    for pass in [3, 5, 2] {
+        let other = |k: usize| match k % pass {
+            0 => NodeConstraint { constrained: [true; 3], ..Default::default() },
+            1 => NodeConstraint { constrained: [true, false, false], spring: stiff, ..Default::default() },
+            _ => constraints[k],
+        };
+        let others: Vec<NodeConstraint> = (0..nodes.len()).map(other).collect();
+        followed.constrain(&others, true);
+    }
+    followed.constrain(&constraints, true);
+    for (found, expected) in followed.coarse.iter().zip(&renewed.coarse) {
+        let values = |of: &[Single<6, 6>]| of.as_flattened().as_flattened().to_vec();
+        let [a, b] = [found, expected].map(|level| values(&level.matrix.value));
+        let [inverse, other] = [found, expected].map(|level| values(&level.inverse));
+        assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-6) && a.len() > 1000);
+        let largest = other.iter().fold(0.0, |most: f32, x| most.max(x.abs()));
+        assert!(inverse.iter().zip(&other).all(|(a, b)| (a - b).abs() < 1e-5 * largest));
+    }
+    let x = scattered::<3>(followed.fine.matrix.rows, 7).iter().map(|x| x.map(f64::from)).collect::<Vec<_>>();
+    let largest = |x: &[[f64; 3]]| x.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let (found, expected) = (followed.cycle(&x), renewed.cycle(&x));
+    let off: Vec<[f64; 3]> = found.iter().zip(&expected).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
+    assert!(largest(&off) < 1e-4 * largest(&expected), "{:e}", largest(&off) / largest(&expected));
+}
+
 /// The work of the residual on the functions of the first coarse level, truncated at constrained components, less that on their
 /// lifts; the residual is that of the matrix itself, though the sweeps solve the coupled rows.
 #[test]
@@ -444,7 +481,8 @@ fn the_coarse_problem_is_that_of_the_finest_level_in_a_smaller_space() {
     let mut hierarchy =
         Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &nodes, None, &Stop::never()).unwrap().unwrap();
     // Earlier constraints of the levels do not matter.
-    hierarchy.constrain(&vec![NodeConstraint { constrained: [true; 3], ..Default::default() }; nodes.len()], true);
+    let all = vec![NodeConstraint { constrained: [true; 3], ..Default::default() }; nodes.len()];
+    hierarchy.constrain(&all, true);
     let spring = [[3.0, 0.0, 0.0], [0.0, 2.0, -1.0], [0.0, -1.0, 0.5]];
     let mut coarse = CoarseProblem::new(&mut hierarchy).unwrap();
     let f: Vec<[f64; 3]> = (0..a.rows).map(|i| [1.0, (i % 3) as f64, (i % 7) as f64 - 3.0]).collect();
@@ -521,7 +559,8 @@ pub(super) fn assert_local_changes<const C: usize>(
     let (whole, halo) = (RelativeMatrix::new(a.clone(), None), Halo::alone(nodes.len()));
     let truncation = truncation::Truncation::new(&whole, nodes, (halo, &[]), Default::default(), &Halo::alone(0));
     let expected = truncated_galerkin(conditioned, step, nodes, constraints);
-    let change = truncation.change(&support, &touched, constraints, step.matrix.rows);
+    let change =
+        truncation.change(&support, &touched, [&vec![Default::default(); nodes.len()], constraints], step.matrix.rows);
     for k in 0..step.matrix.rows {
         for l in 0..step.matrix.rows {
             let before = step.matrix.place(k, l).map_or([[0.0; C]; C], |place| step.matrix.value[place]);

@@ -56,9 +56,31 @@ pub(super) struct Truncation {
     pub support: Support<6>,
     /// Coarse nodes whose rows may change, by aggregated level, the coarsest last.
     pub touched: Vec<Reach>,
-    /// Values of the touched rows without constraints, one row after the other, by aggregated level.
-    pub free: Vec<Vec<Block<6, 6>>>,
+    /// The touched rows, by aggregated level.
+    pub rows: Vec<TouchedRows<6>>,
+    /// The coarsest matrix without constraints, and with those that it has.
     coarsest: Blocks<6, 6>,
+    constrained_coarsest: Blocks<6, 6>,
+    /// The constraints that the coarse levels have, those of ghosts too; none where they are to be renewed.
+    held: Option<Vec<NodeConstraint>>,
+}
+
+/// The rows of a coarse matrix that constraints change, one after the other. They are kept in double precision, because the rounding
+/// of a stiff spring in single precision would stay when it is gone.
+#[derive(Debug, Clone, Default)]
+pub(super) struct TouchedRows<const R: usize> {
+    /// Without constraints.
+    pub free: Vec<Block<R, R>>,
+    /// At present; empty if that is not known.
+    now: Vec<Block<R, R>>,
+}
+
+impl<const R: usize> TouchedRows<R> {
+    /// The rows `touched` of a matrix without constraints.
+    pub(super) fn of(matrix: &Blocks<R, R>, touched: &[u32]) -> Self {
+        let free = touched.iter().flat_map(|&i| matrix.row(i as usize).1).copied().collect();
+        TouchedRows { free, now: Vec::new() }
+    }
 }
 
 /// For each column the rows that contain it, with the places of the blocks.
@@ -167,8 +189,18 @@ impl Truncation {
         });
         let diagonal = nodes.iter().map(|&v| a.diagonal(v as usize)).collect();
         let touched = vec![Reach::new(coarse, support.touched())];
-        let (free, coarsest) = (Vec::new(), Blocks::default());
-        Truncation { nodes: nodes.to_vec(), halo, diagonal, among, support, touched, free, coarsest }
+        Truncation {
+            nodes: nodes.to_vec(),
+            halo,
+            diagonal,
+            among,
+            support,
+            touched,
+            rows: Vec::new(),
+            coarsest: Blocks::default(),
+            constrained_coarsest: Blocks::default(),
+            held: None,
+        }
     }
 
     /// Adds a coarse level: its matrix without constraints, and the nodes of the next level, divided by `coarser`, that its
@@ -178,7 +210,7 @@ impl Truncation {
         let mut next: Vec<u32> = here.iter().flat_map(|&i| prolongation.row(i as usize).0).copied().collect();
         next.sort_unstable();
         next.dedup();
-        self.free.push(here.iter().flat_map(|&i| matrix.row(i as usize).1).copied().collect());
+        self.rows.push(TouchedRows::of(matrix, here));
         self.touched.push(Reach::new(coarser, next));
     }
 
@@ -241,32 +273,46 @@ impl Hierarchy {
         self.constrained.extend(some.map(|(place, c)| (place as u32, c.constrained)));
         self.absolute.constrain(constraints, nodes, &self.fine.matrix, coarse);
         if coarse {
-            let constraints = self.truncation.halo.extended(constraints);
-            self.update_coarse(&constraints);
+            let constraints = self.truncation.halo.extended(constraints).into_owned();
+            self.update_coarse(constraints);
         }
     }
 
-    /// The constraints are those of ghosts too.
-    fn update_coarse(&mut self, constraints: &[NodeConstraint]) {
-        let truncation = &self.truncation;
+    /// The next constraints of the coarse levels are added to none: what the changes so far have left of rounding is lost.
+    pub(crate) fn renew_coarse_levels(&mut self) {
+        let Truncation { rows, held, constrained_coarsest, coarsest, .. } = &mut self.truncation;
+        *held = None;
+        rows.iter_mut().for_each(|rows| rows.now.clear());
+        constrained_coarsest.clone_from(coarsest);
+        self.linear.iter_mut().for_each(|linear| linear.rows.now.clear());
+    }
+
+    /// Adds what changes since the constraints were the last ones; these are those of ghosts too.
+    fn update_coarse(&mut self, constraints: Vec<NodeConstraint>) {
+        let old = self.truncation.held.take().unwrap_or_else(|| {
+            self.renew_coarse_levels();
+            vec![NodeConstraint::default(); constraints.len()]
+        });
+        let (truncation, both) = (&self.truncation, [&old[..], &constraints]);
         if let Some(linear) = &mut self.linear {
             let reach = &linear.reach;
-            let change = truncation.change(&linear.support, &reach.reach, constraints, linear.level.halo.len());
-            change_rows(&mut linear.level, &reach.touched, &linear.free, &reach.rows(change));
+            let change = truncation.change(&linear.support, &reach.reach, both, linear.level.halo.len());
+            change_rows(&mut linear.level, &reach.touched, &mut linear.rows, &reach.rows(change));
             linear.level.damp();
         }
         let reach = &truncation.touched[0];
-        let change = truncation.change(&truncation.support, &reach.reach, constraints, self.first_coarse());
+        let change = truncation.change(&truncation.support, &reach.reach, both, self.first_coarse());
         let change = reach.rows(change);
         self.change_coarse(0, change);
-        self.couple_coarse_levels(constraints);
+        self.couple_coarse_levels(&constraints);
+        self.truncation.held = Some(constraints);
     }
 
     /// The matrix of a coarse level without constraints.
     pub(super) fn without_constraints(&self, level: usize) -> Blocks<6, 6> {
         let Some(Level { matrix, .. }) = self.coarse.get(level) else { return self.truncation.coarsest.clone() };
         let mut value: Vec<Block<6, 6>> = matrix.value.iter().map(double).collect();
-        let mut free = self.truncation.free[level].iter();
+        let mut free = self.truncation.rows[level].free.iter();
         for &i in &self.truncation.touched[level].touched {
             let own = matrix.start[i as usize]..matrix.start[i as usize + 1];
             value[own].iter_mut().zip(&mut free).for_each(|(value, free)| *value = *free);
@@ -275,18 +321,18 @@ impl Hierarchy {
         Blocks { rows: matrix.rows, cols: self.halos[level].len(), start, column, value }
     }
 
-    /// Sets the matrices of the coarse levels to those without constraints plus `change`, rows for the touched nodes of level
-    /// `from`, and its Galerkin products on the coarser levels. Removes the Coulomb coupling.
+    /// Adds `change`, rows for the touched nodes of level `from`, and its Galerkin products on the coarser levels to the matrices of
+    /// the coarse levels. Removes the Coulomb coupling.
     pub(super) fn change_coarse(&mut self, from: usize, mut change: Blocks<6, 6>) {
         self.coulomb_coupling = CoulombCoupling::default();
-        let truncation = &self.truncation;
+        let truncation = &mut self.truncation;
         for (k, level) in self.coarse.iter_mut().enumerate().skip(from) {
             let (here, next) = (&truncation.touched[k], &truncation.touched[k + 1]);
-            change_rows(level, &here.touched, &truncation.free[k], &change);
+            change_rows(level, &here.touched, &mut truncation.rows[k], &change);
             level.damp();
             change = next.rows(coarser_change(&change, &here.touched, &self.further[k], &next.reach));
         }
-        let mut coarsest = truncation.coarsest.clone();
+        let coarsest = &mut truncation.constrained_coarsest;
         for (t, &i) in truncation.touched[self.coarse.len()].touched.iter().enumerate() {
             for (j, block) in change.entries_of(t) {
                 if let Some(place) = coarsest.place(i as usize, j as usize) {
@@ -295,26 +341,34 @@ impl Hierarchy {
                 }
             }
         }
-        self.coarsest = CoarsestFactor::new(&coarsest);
+        self.coarsest = CoarsestFactor::new(coarsest);
     }
 }
 
-/// Sets rows of the matrix of a level to those without constraints, `free`, plus `change`, and the inverses of their diagonal
-/// blocks.
+/// Adds `change` to the rows `touched` of the matrix of a level, which are `rows`, and sets the inverses of their diagonal blocks.
 fn change_rows<const R: usize, const W: usize>(
     level: &mut Level<R, W>,
-    rows: &[u32],
-    mut free: &[Block<R, R>],
+    touched: &[u32],
+    rows: &mut TouchedRows<R>,
     change: &Blocks<R, R>,
 ) {
-    for (t, &i) in rows.iter().enumerate() {
+    let TouchedRows { free, now } = rows;
+    let renewed = now.is_empty();
+    if renewed {
+        now.clone_from(free);
+    }
+    let mut end = 0;
+    for (t, &i) in touched.iter().enumerate() {
         let i = i as usize;
         let start = level.matrix.start[i];
         let own = level.matrix.row(i).0;
-        let (before, rest) = free.split_at(own.len());
-        free = rest;
-        let mut now = before.to_vec();
+        let range = end..end + own.len();
+        end = range.end;
         let (columns, blocks) = change.row(t);
+        if columns.is_empty() && !renewed {
+            continue;
+        }
+        let (before, now) = (&free[range.clone()], &mut now[range]);
         let mut place = 0;
         for (j, block) in columns.iter().zip(blocks) {
             // Columns ascend in both, and the change lies within the pattern.
@@ -327,28 +381,45 @@ fn change_rows<const R: usize, const W: usize>(
             level.inverse[i] = single(&inverse_of_truncated(&now[place], &before[place], level.largest));
         }
         let values = &mut level.matrix.value[start..start + now.len()];
-        values.iter_mut().zip(&now).for_each(|(value, now)| *value = single(now));
+        values.iter_mut().zip(now).for_each(|(value, now)| *value = single(now));
     }
 }
 
 impl Truncation {
-    /// The change by the constraints of this rank of the matrix of a coarser space of `cols` nodes: a row for each of its
-    /// touched nodes.
+    /// The change of the matrix of a coarser space of `cols` nodes where the constraints of this rank and its ghosts change from
+    /// `old` to `new`: a row for each of its touched nodes, empty where none of them reaches.
     pub(super) fn change<const C: usize>(
         &self,
         support: &Support<C>,
         touched: &[u32],
-        constraints: &[NodeConstraint],
+        [old, new]: [&[NodeConstraint]; 2],
         cols: usize,
     ) -> Blocks<C, C> {
-        // Row i of (S A S + spring) P - S A P.
+        let constrains = |of: &[NodeConstraint], i: usize, r: usize| of[i].constrained[r];
+        let changes: Vec<bool> = old.iter().zip(new).map(|(old, new)| old.constrained != new.constrained).collect();
+        // The change of S: one where a component is constrained, minus one where it is released.
+        let sign = |of: bool, before: bool| f64::from(u8::from(of)) - f64::from(u8::from(before));
+        let signs =
+            |i: usize| -> [f64; 3] { std::array::from_fn(|r| sign(constrains(new, i, r), constrains(old, i, r))) };
+        // The change of S A S, if there is one.
+        let part = |i: usize, k: usize, a: &Block<3, 3>| -> Option<Block<3, 3>> {
+            let both = |of, r, c| constrains(of, i, r) && constrains(of, k, c);
+            let factor = |r: usize, c: usize| sign(both(new, r, c), both(old, r, c));
+            let is_changed = (changes[i] || changes[k]) && (0..9).any(|rc| factor(rc / 3, rc % 3) != 0.0);
+            is_changed.then(|| std::array::from_fn(|r| std::array::from_fn(|c| factor(r, c) * a[r][c])))
+        };
+        // Row i of the change of (S A S + spring) P - S A P.
         let reached = |i: usize, name: &mut dyn FnMut(u32)| {
-            if constraints[i] != NodeConstraint::default() {
-                support.a_times_p.row(i).0.iter().for_each(|&j| name(j));
-                // With relative coordinates the pattern of the rows of `A P` does not contain all of these.
-                let near = self.among.row(i).0.iter();
-                near.for_each(|&k| support.p.row(k as usize).0.iter().for_each(|&j| name(j)));
+            let mut named = |of: &Blocks<3, C>, k: usize| of.row(k).0.iter().for_each(|&j| name(j));
+            if old[i].spring != new[i].spring {
+                named(&support.p, i);
             }
+            if changes[i] {
+                named(&support.a_times_p, i);
+            }
+            // With relative coordinates the pattern of the rows of `A P` does not contain all of these.
+            let others = self.among.entries_of(i).filter(|(k, a)| part(i, *k as usize, a).is_some());
+            others.for_each(|(k, _)| named(&support.p, k as usize));
         };
         let inner: Blocks<3, C> = Blocks::from_rows(
             self.nodes.len(),
@@ -356,31 +427,27 @@ impl Truncation {
             reached,
             #[inline(always)]
             |i, row| {
-                let constraint = &constraints[i];
-                if constraint.spring != [[0.0; 3]; 3] {
+                if old[i].spring != new[i].spring {
+                    let [old, new] = [old[i].spring, new[i].spring];
+                    let spring = std::array::from_fn(|r| std::array::from_fn(|c| new[r][c] - old[r][c]));
                     for (j, p) in support.p.entries_of(i) {
-                        add_product(&constraint.spring, p, row.at(j));
+                        add_product(&spring, p, row.at(j));
                     }
-                }
-                if constraint.constrained == [false; 3] {
-                    return;
                 }
                 for (k, a) in self.among.entries_of(i) {
-                    let other = constraints[k as usize].constrained;
-                    if other == [false; 3] {
-                        continue;
-                    }
-                    let constrained =
-                        |r: usize, c: usize| if constraint.constrained[r] && other[c] { a[r][c] } else { 0.0 };
-                    let part = std::array::from_fn(|r| std::array::from_fn(|c| constrained(r, c)));
+                    let Some(part) = part(i, k as usize, a) else { continue };
                     for (j, p) in support.p.entries_of(k as usize) {
                         add_product(&part, p, row.at(j));
                     }
                 }
+                if !changes[i] {
+                    return;
+                }
+                let signs = signs(i);
                 for (j, block) in support.a_times_p.entries_of(i) {
                     let target = row.at(j);
-                    for r in (0..3).filter(|&r| constraint.constrained[r]) {
-                        (0..C).for_each(|c| target[r][c] -= block[r][c]);
+                    for r in 0..3 {
+                        (0..C).for_each(|c| target[r][c] -= signs[r] * block[r][c]);
                     }
                 }
             },
@@ -389,8 +456,7 @@ impl Truncation {
             let k = touched[t];
             let mut near = |i: usize, of: &Blocks<3, C>| of.row(i).0.iter().for_each(|&j| name(j));
             support.p_column(k).for_each(|(i, _)| near(i, &inner));
-            let constrained = support.a_times_p_column(k).filter(|&(i, _)| constraints[i].constrained != [false; 3]);
-            constrained.for_each(|(i, _)| near(i, &support.p));
+            support.a_times_p_column(k).filter(|&(i, _)| changes[i]).for_each(|(i, _)| near(i, &support.p));
         };
         Blocks::from_rows(
             touched.len(),
@@ -404,13 +470,9 @@ impl Truncation {
                         add_transpose_product(p, block, row.at(j));
                     }
                 }
-                for (i, part) in support.a_times_p_column(k) {
-                    let constrained = constraints[i].constrained;
-                    if constrained == [false; 3] {
-                        continue;
-                    }
-                    let mut part = *part;
-                    (0..3).for_each(|r| part[r] = if constrained[r] { part[r].map(|v| -v) } else { [0.0; C] });
+                for (i, part) in support.a_times_p_column(k).filter(|&(i, _)| changes[i]) {
+                    let (signs, mut part) = (signs(i), *part);
+                    (0..3).for_each(|r| part[r] = part[r].map(|v| -signs[r] * v));
                     for (j, p) in support.p.entries_of(i) {
                         add_transpose_product(&part, p, row.at(j));
                     }
@@ -440,7 +502,7 @@ pub(super) fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 
         },
     );
     let mut by_column: Vec<Vec<(u32, Block<6, 6>)>> = vec![Vec::new(); cols];
-    for (t, &i) in rows.iter().enumerate() {
+    for (t, &i) in rows.iter().enumerate().filter(|(t, _)| !change.row(*t).0.is_empty()) {
         p.entries_of(i as usize).for_each(|(k, value)| by_column[k as usize].push((t as u32, double(value))));
     }
     let reached = |k: usize, name: &mut dyn FnMut(u32)| {

@@ -27,6 +27,7 @@ use crate::run::pose::surfaces::widened;
 use crate::run::results::json;
 use crate::run::results::step_file::{STATE, remove_steps, widen};
 use crate::run::results::sums::{self, Sums};
+use crate::run::solve::extrapolation::KEPT;
 use crate::run::solve::strength::{left, lost};
 use crate::run::whole::Stage;
 
@@ -276,7 +277,7 @@ fn displacements(folder: &Path, named: &NamedPiece, step: &Entry) -> Result<Vec<
 fn to_go_on_from(case: &Case, steps: &[Entry]) -> Vec<usize> {
     let until = |begin: f64| steps.iter().rposition(|entry| entry.record.t <= begin);
     let mut numbers: Vec<usize> = begins(case).into_iter().filter_map(until).collect();
-    numbers.extend(steps.len().saturating_sub(2)..steps.len());
+    numbers.extend(steps.len().saturating_sub(KEPT)..steps.len());
     numbers.sort_unstable();
     numbers.dedup();
     numbers

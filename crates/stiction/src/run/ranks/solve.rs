@@ -38,6 +38,7 @@ use crate::run::pose::{Seconds, Span, stopwatch};
 use crate::run::results::Row;
 use crate::run::results::facts_text::problem_rows;
 use crate::run::solve::Totals;
+use crate::run::solve::extrapolation::KEPT;
 use crate::run::solve::passing::{Searches, with_searches};
 use crate::run::solve::tractions::Traction;
 use crate::run::whole::{MOST_WIDENINGS, Stage};
@@ -359,7 +360,7 @@ fn march(
         let problem = &solver.local.problem;
         let (f, gap) = (problem.elastic.f.clone(), problem.contact.gap.clone());
         march.answers.push(Answer { t, f, gap, u: found.everywhere.free });
-        if march.answers.len() > 2 {
+        if march.answers.len() > KEPT {
             march.answers.remove(0);
         }
         march.shortening = found.shortening;

@@ -23,6 +23,7 @@ use crate::ranks::{agree, max, sum};
 use crate::run::pose::axis::Position;
 use crate::run::pose::bolts::Target;
 use crate::run::solve::bolts::BoltSearch;
+use crate::run::solve::extrapolation::{KEPT, extrapolated, weights};
 
 /// Where the march stands.
 pub(super) struct March {
@@ -33,7 +34,7 @@ pub(super) struct March {
     pub shortening: Vec<f64>,
     /// The points whose strength is lost by then.
     pub lost: Vec<bool>,
-    /// The last two answers, the later one last.
+    /// The last answers, the latest one last.
     pub answers: Vec<Answer>,
     /// Displacements of all unknowns here to begin with, where some are known.
     pub start: Option<Vec<f64>>,
@@ -66,7 +67,7 @@ impl March {
             agree(&*ranks, put_state(local, case, record.t, &self.slid, &self.shortening))?;
             self.slid = slid(local, &u);
             note_where_it_stands(local, &u, record.t);
-            if number + 2 < records.len() {
+            if number + KEPT < records.len() {
                 continue;
             }
             let (f, gap) = (local.problem.elastic.f.clone(), local.problem.contact.gap.clone());
@@ -80,15 +81,13 @@ impl March {
         Ok(records)
     }
 
-    /// Displacements at `t` to start from, with what acts then in `local`: those to begin with, of the last step, or on the line
-    /// through the last two where what acts is nearer to that line.
+    /// Displacements at `t` to start from, with what acts then in `local`: those to begin with, or extrapolated from the last steps.
     fn predicted(&self, local: &Local, t: f64) -> Option<Vec<f64>> {
-        let [before, last] = &self.answers[..] else {
-            return self.answers.last().map(|answer| &answer.u).or(self.start.as_ref()).cloned();
-        };
-        let scale = (t - last.t) / (last.t - before.t);
-        let line = |before: &[f64], last: &[f64]| -> Vec<f64> {
-            before.iter().zip(last).map(|(before, last)| last + scale * (last - before)).collect()
+        if self.answers.is_empty() {
+            return self.start.clone();
+        }
+        let of = |values: fn(&Answer) -> &Vec<f64>, weights: &[f64]| {
+            extrapolated(&self.answers.iter().map(|answer| &values(answer)[..]).collect::<Vec<_>>(), weights)
         };
         let problem = &local.problem;
         let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
@@ -98,15 +97,20 @@ impl March {
             a.iter().zip(b).enumerate().filter(|(i, _)| own(*i)).map(|(_, (a, b))| (a - b) * (a - b)).sum()
         };
         let (f, gap) = (&problem.elastic.f, &problem.contact.gap);
-        let mut away = [
-            squares(&line(&before.f, &last.f), f, &own_unknown),
-            squares(&last.f, f, &own_unknown),
-            squares(&line(&before.gap, &last.gap), gap, &own_point),
-            squares(&last.gap, gap, &own_point),
-        ];
-        sum(&*local.division.ranks, &mut away);
-        let nearer = away[0] <= away[1] && away[2] <= away[3];
-        Some(if nearer { line(&before.u, &last.u) } else { last.u.clone() })
+        let (no_load, no_gap) = (vec![0.0; f.len()], vec![0.0; gap.len()]);
+        let mut away = |weights: &[f64]| {
+            let mut sums = [
+                squares(&of(|answer| &answer.f, weights), f, &own_unknown),
+                squares(&of(|answer| &answer.gap, weights), gap, &own_point),
+                squares(&no_load, f, &own_unknown),
+                squares(&no_gap, gap, &own_point),
+            ];
+            sum(&*local.division.ranks, &mut sums);
+            [[sums[0], sums[1]], [sums[2], sums[3]]]
+        };
+        let times: Vec<f64> = self.answers.iter().map(|answer| answer.t).collect();
+        let weights = weights(&times, t, &mut away);
+        Some(of(|answer| &answer.u, &weights))
     }
 }
 

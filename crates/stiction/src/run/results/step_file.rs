@@ -20,6 +20,7 @@ use crate::io::vtu::EncodedGrid;
 use crate::io::{checksum, folder, vtu};
 use crate::run::pose::Prepared;
 use crate::run::pose::memory::output_fits;
+use crate::run::solve::extrapolation::KEPT;
 use crate::run::solve::{Restart, Step, StepRecord};
 
 /// What has been finished, beside the files of the steps.
@@ -253,7 +254,8 @@ fn restart(prepared: &Prepared, files: &mut StepFiles) -> Result<Option<Restart>
     let (n, m) = (prepared.problem.unknowns(), prepared.problem.points());
     let read = |number: usize| read_step(&step_file(&files.folder, number), n, prepared.model.dofs.prescribed.len(), m);
     let last = read(records.len())?;
-    let before = if records.len() > 1 { Some(read(records.len() - 1)?) } else { None };
+    let before = (1..records.len()).rev().take(KEPT - 1).map(read).collect::<Result<Vec<_>, _>>()?;
+    let before = before.into_iter().rev().collect();
     if last_record.t != last.t {
         return fail("the list of finished steps and the file of the last one differ", AGAIN);
     }

@@ -9,6 +9,7 @@ mod contact_edge;
 mod contact_terms;
 mod couplings;
 mod discretisation;
+pub(super) mod extrapolation;
 mod free_motions;
 mod levels;
 mod nested;

@@ -9,6 +9,7 @@ use super::balance::{Balance, BodyState, balance};
 use super::bolts::{BoltSearch, bolt_states};
 use super::clearance::close_clearance;
 use super::discretisation::add_estimate;
+use super::extrapolation::{KEPT, extrapolated, weights};
 use super::free_motions::move_back;
 use super::passing;
 use super::path::{other_starts, sliding, solve_again, tightened_by_multigrid, uniqueness_facts};
@@ -54,8 +55,8 @@ pub struct Restart {
     pub records: Vec<StepRecord>,
     /// The last of them.
     pub last: StepFile,
-    /// The one before it.
-    pub before: Option<StepFile>,
+    /// Those before it, as far as they are needed, the latest one last.
+    pub before: Vec<StepFile>,
     /// Iterations of the last step, as its log tells them; none where it does not.
     pub history: Vec<Progress>,
 }
@@ -69,7 +70,7 @@ struct March {
     body: BodyState,
     /// Sliding of each point since the start, length, `2m`.
     slid: Vec<f64>,
-    /// The last two answers with what acted, the later one last.
+    /// The last answers with what acted, the latest one last.
     answers: Vec<Answer>,
     /// The last step with the slip reference it had.
     last: Option<(Outcome, Vec<f64>)>,
@@ -226,7 +227,7 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
     strength::restore(prepared, &last.strength);
     let (laws, lost) = (prepared.problem.contact.friction.clone(), prepared.loading.lost.clone());
     // As when the step was solved: what had been slid before it.
-    if let Some(step) = &before {
+    if let Some(step) = before.last() {
         let loads = tightened(prepared, load_state(prepared, step.t)?, &step.shortening);
         prepared.loading.slid = slid(prepared, &loads, &step.u);
     }
@@ -238,7 +239,8 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
     let balance = Balance { work, elastic, dissipation };
     let answer =
         |s: &StepFile| Answer { t: s.t, f: s.f.clone(), gap: s.gap.clone(), u: s.u.clone(), lambda: s.lambda.clone() };
-    let answers = before.iter().chain([&last]).map(answer).collect();
+    let needed = &before[before.len().saturating_sub(KEPT - 1)..];
+    let answers = needed.iter().chain([&last]).map(answer).collect();
     let body = BodyState { loads, u: last.u, lambda: last.lambda, balance };
     let last = Some((outcome, last.slip_reference));
     Ok(March { at, body, slid, answers, last, records, moved, laws, lost, ..begin })
@@ -422,23 +424,25 @@ fn may_be_locked(prepared: &Prepared, march: &March) -> bool {
     has_slid && no_equilibrium_with(&prepared.problem, &prepared.motions, &reversed).is_none()
 }
 
-/// Multipliers and displacements at `t`: those of the last step, or on the line through the last two where what acts is
-/// nearer to that line. Loads that grow in proportion are met at once as long as no point changes its state.
+/// Multipliers and displacements at `t`, extrapolated from the last steps.
 fn predicted(prepared: &Prepared, march: &March, t: f64) -> (Vec<f64>, Vec<f64>) {
-    let problem = &prepared.problem;
-    if let [before, last] = &march.answers[..] {
-        let scale = (t - last.t) / (last.t - before.t);
-        let line = |before: &[f64], last: &[f64]| -> Vec<f64> {
-            before.iter().zip(last).map(|(before, last)| last + scale * (last - before)).collect()
-        };
-        let squares = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-        let nearer =
-            |before: &[f64], last: &[f64], now: &[f64]| squares(&line(before, last), now) <= squares(last, now);
-        if nearer(&before.f, &last.f, &problem.elastic.f) && nearer(&before.gap, &last.gap, &problem.contact.gap) {
-            return (line(&before.lambda, &last.lambda), line(&before.u, &last.u));
-        }
+    if march.answers.is_empty() {
+        return (march.body.lambda.clone(), march.body.u.clone());
     }
-    (march.body.lambda.clone(), march.body.u.clone())
+    let of = |values: fn(&Answer) -> &Vec<f64>, weights: &[f64]| {
+        extrapolated(&march.answers.iter().map(|answer| &values(answer)[..]).collect::<Vec<_>>(), weights)
+    };
+    let ContactProblem { elastic, contact, .. } = &prepared.problem;
+    let squares = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+    let off = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>();
+    let mut away = |weights: &[f64]| {
+        let away =
+            [off(&of(|answer| &answer.f, weights), &elastic.f), off(&of(|answer| &answer.gap, weights), &contact.gap)];
+        [away, [squares(&elastic.f), squares(&contact.gap)]]
+    };
+    let times: Vec<f64> = march.answers.iter().map(|answer| answer.t).collect();
+    let weights = weights(&times, t, &mut away);
+    (of(|answer| &answer.lambda, &weights), of(|answer| &answer.u, &weights))
 }
 
 /// Takes the solved step into the march.
@@ -473,7 +477,7 @@ fn finish(
     march.laws.clone_from(&problem.contact.friction);
     march.lost.clone_from(&prepared.loading.lost);
     march.slid = slid(prepared, &loads, u);
-    if march.answers.len() == 2 {
+    if march.answers.len() == KEPT {
         march.answers.remove(0);
     }
     let (f, gap) = (problem.elastic.f.clone(), problem.contact.gap.clone());
