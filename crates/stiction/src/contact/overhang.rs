@@ -21,8 +21,8 @@ const SAME_PLACE: f64 = 0.2;
 /// A node whose function stays below this has no multiplier: its force would act on its neighbours for the most part, and multigrid takes
 /// many more cycles (flange of `bench/assemblies`: at 0.35 as many as without nodes beyond the edge, at 0.2 no end in 130).
 const LEAST_REACH: f64 = 0.35;
-/// On neighbours whose part is less a node does not act: with these (functions of corners near the middles of edges) the flange takes three
-/// times the cycles.
+/// On neighbours whose part is less a node of quadratic faces does not act: with these (functions of corners near the middles of edges) the
+/// flange takes three times the cycles.
 const LEAST_PART: f64 = 0.01;
 /// Places where a function is as large as this part of its largest value count alike.
 const EQUAL: f64 = 1.0 - 1e-9;
@@ -100,6 +100,7 @@ impl Overhang {
         // Middles of edges are measured from the ends, which cannot be measured from them.
         let ends: HashSet<u32> = edges.values().flatten().copied().collect();
         let of_face = |at: usize| mesh.faces[slave[at] as usize].nodes();
+        let least = if edges.is_empty() { 0.0 } else { LEAST_PART };
         let mut overhang = Overhang::default();
         for (&o, faces_of) in &faces {
             let at_place_of_another = || {
@@ -133,7 +134,7 @@ impl Overhang {
             }
             parts.retain(|&k, part| {
                 *part /= sum;
-                part.abs() > LEAST_PART && farther(k, o)
+                part.abs() > least && farther(k, o)
             });
             overhang.shifts.push((o, parts));
         }
