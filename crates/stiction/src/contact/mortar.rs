@@ -68,7 +68,7 @@ pub(super) struct Met {
     pub several: bool,
     /// Whether a face of the other surface that looks the same way lies over or under it.
     pub averted: bool,
-    /// Where its nodes act that the covered part does not reach; none if all of the face is covered.
+    /// Where in the covered part the functions of its nodes are largest; none if all of the face is covered.
     pub places: Option<Places>,
 }
 

@@ -21,9 +21,11 @@ const SAME_PLACE: f64 = 0.2;
 /// A node whose function stays below this has no multiplier: its force would act on its neighbours for the most part, and multigrid takes
 /// many more cycles (flange of `bench/assemblies`: at 0.35 as many as without nodes beyond the edge, at 0.2 no end in 130).
 const LEAST_REACH: f64 = 0.35;
-/// On neighbours whose part is less a node of quadratic faces does not act: with these (functions of corners near the middles of edges) the
-/// flange takes three times the cycles.
-const LEAST_PART: f64 = 0.01;
+/// Smaller parts of quadratic faces are left out: functions of corners are nearly zero at the middles of edges, and with them the flange
+/// takes three times the cycles.
+const SMALL_PART: f64 = 0.01;
+/// Parts below this are rounding.
+const ROUNDING: f64 = 1e-9;
 /// Places where a function is as large as this part of its largest value count alike.
 const EQUAL: f64 = 1.0 - 1e-9;
 /// Nodes beyond the edge act on one another along chains of so many at most.
@@ -94,13 +96,13 @@ impl Overhang {
         faces.retain(|node, _| reach[node] < REACHED);
         // Whether a neighbour is measured before a node.
         let farther = |k: u32, o: u32| match (reach.get(&k), reach[&o]) {
-            (Some(&there), here) => there >= REACHED || there > here || (there == here && k < o),
+            (Some(&there), here) => there > here || (there == here && k < o),
             (None, _) => false,
         };
         // Middles of edges are measured from the ends, which cannot be measured from them.
         let ends: HashSet<u32> = edges.values().flatten().copied().collect();
         let of_face = |at: usize| mesh.faces[slave[at] as usize].nodes();
-        let least = if edges.is_empty() { 0.0 } else { LEAST_PART };
+        let least = if edges.is_empty() { ROUNDING } else { SMALL_PART };
         let mut overhang = Overhang::default();
         for (&o, faces_of) in &faces {
             let at_place_of_another = || {
@@ -115,7 +117,10 @@ impl Overhang {
                     largest(at, i) && of_face(at).iter().enumerate().any(|other| is_another(at, i, other))
                 })
             };
-            if reach[&o] < LEAST_REACH || ends.contains(&o) || at_place_of_another() {
+            // One node of the faces carries for the others where none is within.
+            let is_farthest = faces_of.iter().all(|&(at, _)| of_face(at).iter().all(|&k| !farther(k, o)));
+            let has_no_place = reach[&o] < LEAST_REACH || ends.contains(&o) || at_place_of_another();
+            if has_no_place && !is_farthest {
                 overhang.dropped.insert(o);
                 continue;
             }

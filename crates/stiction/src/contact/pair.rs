@@ -26,7 +26,7 @@ use crate::mesh::v3::{V3, dot, sub};
 use crate::mesh::{Bounds, Mesh, Tree, nearest_on_triangle};
 
 /// A node is dropped if less than this part of its patch of faces looks at the other surface: it lies far outside that
-/// surface, whose displacement there would be guessed.
+/// surface, whose displacement there would be guessed. Others beyond its edge are dropped by [`Overhang`].
 const LEAST_COVER: f64 = 0.02;
 /// Nodes of one smooth side have normals with a larger cosine.
 const SIDE: f64 = 0.5;
@@ -50,6 +50,7 @@ pub(super) struct Matched<'a> {
     /// The nodes of the master.
     others: HashSet<u32>,
     edges: Edges,
+    /// The nodes beyond the edge of the master.
     overhang: Overhang,
 }
 
@@ -103,13 +104,16 @@ impl<'a> Matched<'a> {
         }
         let areas = tributary_areas(mesh, &surface.faces);
         let others = mesh.face_nodes(&master.faces).into_iter().collect();
-        let edges = edges(mesh, &surface.faces);
-        // A tie carries resultants of any direction, which together lie wherever they have to.
-        let overhang = match tied {
-            true => Overhang::default(),
-            false => Overhang::new(mesh, &surface.faces, &met, &edges, |face, node| patches.carries(face, node)),
-        };
-        Ok(Matched { mesh, surface, master, search, met, patches, outward, areas, covered, others, edges, overhang })
+        let (edges, overhang) = (edges(mesh, &surface.faces), Overhang::default());
+        let mut matched =
+            Matched { mesh, surface, master, search, met, patches, outward, areas, covered, others, edges, overhang };
+        // Forces of a tie have any direction: together their resultant lies where it has to.
+        if !tied {
+            let carrying: HashSet<u32> = matched.carrying(dofs).map(|(node, ..)| node).collect();
+            let carries = |face: u32, node: u32| matched.patches.carries(face, node) && carrying.contains(&node);
+            matched.overhang = Overhang::new(mesh, &surface.faces, &matched.met, &matched.edges, carries);
+        }
+        Ok(matched)
     }
 
     fn standing(&self, dofs: &DofMap, node: u32, normal: V3, whole: f64) -> Standing {
@@ -140,12 +144,18 @@ impl<'a> Matched<'a> {
 
     /// Of the nodes that could carry a multiplier.
     pub(super) fn claims(&self, dofs: &DofMap) -> HashMap<u32, Claim> {
-        let of = |(&(node, normal), patch): (&(u32, V3), &TributaryArea)| {
-            let Standing::Carries(_) = self.standing(dofs, node, normal, patch.area) else { return None };
+        let of = |(node, normal, whole): (u32, V3, f64)| {
             let (distance, covered) = (self.distance(node), self.covered[&node][0]);
-            Some((node, Claim { distance, covered, whole: patch.area, normal }))
+            (node, Claim { distance, covered, whole, normal })
         };
-        self.outward.iter().zip(&self.areas).filter_map(of).collect()
+        self.carrying(dofs).map(of).collect()
+    }
+
+    /// The nodes that could carry a multiplier, with their normals and areas.
+    fn carrying(&self, dofs: &DofMap) -> impl Iterator<Item = (u32, V3, f64)> {
+        let all = self.outward.iter().zip(&self.areas);
+        let all = all.map(|(&(node, normal), patch)| (node, normal, patch.area));
+        all.filter(|&(node, normal, whole)| matches!(self.standing(dofs, node, normal, whole), Standing::Carries(_)))
     }
 }
 
@@ -339,7 +349,7 @@ pub(super) fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: &InitialGap, 
     match gap {
         InitialGap::AsMeshed => meshed(),
         InitialGap::Closed => 0.0,
-        InitialGap::ClosedWithin(reach) => Some(meshed()).filter(|gap| gap > reach).unwrap_or(0.0),
+        InitialGap::ClosedWithin(reach) => Some(meshed()).filter(|gap| *gap > reach * row.unity_sum).unwrap_or(0.0),
         InitialGap::ClosedAt(nodes) if nodes.binary_search(&row.node).is_ok() => 0.0,
         InitialGap::ClosedAt(_) => meshed(),
         InitialGap::Uniform(gap) => {

@@ -118,10 +118,10 @@ pub(super) fn agrees_case(case: &Case, sizes: &[usize]) {
     }
 }
 
-/// Of what a point carries for others its own part stands there already.
+/// The area that the points stand for.
 fn area(prepared: &Prepared) -> f64 {
     let labels = &prepared.problem.labels;
-    labels.area.iter().zip(&labels.unity_sum).map(|(area, share)| area * share.min(1.0)).sum()
+    labels.area.iter().zip(&labels.unity_sum).map(|(area, share)| area * share).sum()
 }
 
 #[test]

@@ -12,6 +12,10 @@ use crate::ranks::{Halo, from_bytes, gather_all, to_bytes};
 /// little more than friction resists reach a low accuracy earlier, and better bounds follow from them.
 const CYCLES_UNASKED: usize = 20;
 
+/// Springs of friction are at most this many times as stiff as the bodies at a point: what coarse levels keep of a spring's rounding once it
+/// is gone stays below 1e-9 of them.
+const STIFFEST: f64 = 1e6;
+
 /// Minimises the energy of contact with given friction, `1/2 u'Ku - f'u + sum of g |s|` with `u_n <= gap`, by the
 /// truncated nonsmooth Newton multigrid method (Graeser & Kornhuber 2009; Graeser & Sander 2019): a nonlinear
 /// Gauss-Seidel sweep, one cycle for the components that are neither at their bound nor at a kink, projection, and an
@@ -212,7 +216,7 @@ fn smooth_part(law: &PointLaw, point: &Point, u: [f64; 3]) -> ContactCondition {
         let d = slip.map(|s| s / length);
         condition.friction = d.map(|d| limit * d);
         if point.has_row[1] && point.has_row[2] {
-            condition.constraint.spring = across(d, limit / length);
+            condition.constraint.spring = across(d, (limit / length).min(STIFFEST / point.compliance));
         }
     }
     condition

@@ -164,7 +164,7 @@ fn of_pair(contact: &ContactFacts, pair: &PairFacts) -> Vec<String> {
     note(s.held_along_normal, "are held along the normal");
     note(pair.shared, "belong to both surfaces");
     note(s.taken, "are used by another contact");
-    note(pair.barely_covered, "hardly look at the other surface");
+    note(pair.barely_covered, "hardly look at the other surface or lie beyond its edge");
     notes.extend(behind(s));
     if s.dropped_area > 0.0 {
         notes.push(format!(

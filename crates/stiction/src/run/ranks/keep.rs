@@ -86,7 +86,7 @@ fn seal(record: &RankedStep, at: [usize; 4], files: &Sums, before: &str) -> Stri
 pub(super) struct Finished {
     /// What is known of them.
     pub records: Vec<RankedStep>,
-    /// Displacements of all unknowns here at the end of the last two, and of those at whose end something stood that keeps its place:
+    /// Displacements of all unknowns here at the end of the last three, and of those at whose end something stood that keeps its place:
     /// with the number of each from 0, ascending.
     pub u: Vec<(usize, Vec<f64>)>,
     /// The points here whose strength is lost.
@@ -272,7 +272,7 @@ fn displacements(folder: &Path, named: &NamedPiece, step: &Entry) -> Result<Vec<
     }
 }
 
-/// The steps whose displacements a run needs that goes on: the last two, and for each time at which something begins the last one
+/// The steps whose displacements a run needs that goes on: the last three, and for each time at which something begins the last one
 /// until then.
 fn to_go_on_from(case: &Case, steps: &[Entry]) -> Vec<usize> {
     let until = |begin: f64| steps.iter().rposition(|entry| entry.record.t <= begin);

@@ -33,8 +33,7 @@ fn of_rank(
             PointState::Slip => (&mut t.slip, &mut t.slip_area),
         };
         *count += 1;
-        // Of what it carries for others its own part stands there already.
-        *sum += area * share.min(1.0);
+        *sum += area * share;
         let [normal, first, second] = [0, 1, 2].map(|r| solution.lambda[r * m + place]);
         t.normal_force += share * normal;
         let (node, [_, t1, t2]) = axes(local, j as usize);

@@ -110,8 +110,7 @@ fn over(
             PointState::Slip => (&mut t.slip, &mut t.slip_area),
         };
         *count += 1;
-        // of what it carries for others its own part stands there already
-        *sum += area * share.min(1.0);
+        *sum += area * share;
         let (normal, friction) = (lambda[j], [lambda[m + j], lambda[2 * m + j]]);
         let size = friction[0].hypot(friction[1]);
         t.normal_force += share * normal;
