@@ -154,7 +154,9 @@ fn surfaces_that_no_search_finds_are_no_answer_on_ranks() {
             .replace("origin = [0, 0", "origin = [30, 0")
     };
     for steps in ["", "[[step]]\nuntil = 1\nincrements = 3\n"] {
-        let (said, found) = says_the_same(&aside("[\"-30*t - 0.01\", 0, \"-6*t\"]", steps), &[2]);
+        // Tilted, so that one place is deepest.
+        let [back, down] = ["\"-(30 + 0.02*y)*t - 0.01\"", "\"-(6 + 0.01*x + 0.003*y)*t\""];
+        let (said, found) = says_the_same(&aside(&format!("[{back}, 0, {down}]"), steps), &[2]);
         has(&said, &["without a contact point: before the load nothing lies opposite there"]);
         assert_eq!(found.status, Status::PassesThrough);
         has(&found.ended_short().unwrap(), &["the files hold bodies that pass through each other"]);
