@@ -9,7 +9,8 @@ use stiction::fem::dof_map;
 use stiction::friction::Status;
 use stiction::io::case;
 use stiction::mesh::{Block, BlockElement, Mesh, block, join};
-use stiction::run::{Event, Settings, prepare, solve};
+use stiction::run::{Event, Settings, pair_totals, prepare, solve};
+use stiction_fixtures::case_run::solved;
 
 /// A block of 40 x 20 x 10 with `cells` along and across, of which `along` lies on a table in one direction and `across` in the other.
 fn on_a_table(element: &str, cells: [usize; 2], [along, across]: [f64; 2], path: &str) -> Status {
@@ -151,6 +152,78 @@ fn no_point_acts_beyond_the_edge_and_a_uniform_pressure_stays_one() {
                     }
                 }
             }
+        }
+    }
+}
+
+/// A block of two faces along it with its weight 3 beside the table, whose edges cut the faces on three sides: it falls whatever the mesh of the table. Parts
+/// that are rounding are no neighbours.
+#[test]
+fn a_block_beside_a_strip_under_its_faces_falls_whatever_the_mesh_of_the_strip() {
+    for cells in [[3, 3], [2, 2], [1, 1]] {
+        let text = format!(
+            r#"
+[mesh.parts.t]
+block = {{ size = [16.9, 40, 10], cells = [{}, {}, 1], element = "hex8", origin = [23, -10, -10] }}
+[mesh.parts.book]
+block = {{ size = [40, 20, 10], cells = [2, 2, 1], element = "hex8" }}
+[materials.m]
+young = 20e3
+poisson = 0.2
+density = 2e-6
+[[load]]
+gravity = [0, 0, -9810]
+[[fix]]
+on = "t.z-min"
+[[contact]]
+on = "book.z-min"
+against = "t.z-max"
+friction = {{ coulomb = 0.3 }}
+slave = "on"
+"#,
+            cells[0], cells[1]
+        );
+        let case = case::parse(&text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
+        let prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
+        let go_on = &mut |_: &Event| ControlFlow::Continue(());
+        let outcome = solve(&prepared, &Settings::of(&case.solver), go_on).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(outcome.solution.status, Status::NoEquilibrium, "{cells:?}");
+    }
+}
+
+/// Held from above by 0.01 into the table: the points stand for what lies on it, and a gap that the contact is told to close is closed at
+/// all of them.
+#[test]
+fn the_areas_of_all_states_are_what_is_covered_and_gaps_close_at_the_edge_too() {
+    for (element, covered) in [("hex8", 3.5), ("hex8", 3.8), ("tet4", 3.6), ("hex20", 3.7), ("tet10", 3.2)] {
+        for (height, gap) in [(0.0, ""), (0.05, "gap = { closed_within = 0.06 }\n")] {
+            let run = solved(&format!(
+                r#"
+[mesh.parts.a]
+block = {{ size = [{covered}, 3, 2], cells = [3, 2, 1], element = "{element}", origin = [0, 0, -2] }}
+[mesh.parts.b]
+block = {{ size = [5, 3, 1], cells = [5, 3, 1], element = "{element}", origin = [0, 0, {height}] }}
+[materials.m]
+young = 1000
+poisson = 0.2
+[[fix]]
+on = "a.z-min"
+[[fix]]
+on = "b.z-max"
+value = [0, 0, -0.01]
+[[contact]]
+on = "b.z-min"
+against = "a.z-max"
+friction = {{ coulomb = 0.3 }}
+slave = "on"
+{gap}"#
+            ));
+            let (outcome, prepared) = &run;
+            let (_, totals) = &pair_totals(prepared, outcome)[0];
+            let area = totals.open_area + totals.stick_area + totals.slip_area;
+            assert!((area - 3.0 * covered).abs() < 1e-9, "{element} {covered}: {area}");
+            assert!(totals.normal_force > 1.0, "{element} {covered}");
+            assert!(prepared.problem.contact.gap.iter().all(|gap| gap.abs() < 1e-12), "{element} {covered}");
         }
     }
 }
