@@ -335,7 +335,7 @@ impl State {
     pub(super) fn constrain(&mut self, hierarchy: &mut Hierarchy, coarse: bool) {
         let constraints: Vec<NodeConstraint> = self.iterate.conditions.iter().map(|s| s.constraint).collect();
         if coarse && self.coarse.is_none() {
-            hierarchy.renew_coarse_levels();
+            hierarchy.forget_coarse_constraints();
         }
         hierarchy.constrain(&constraints, coarse);
         if coarse {

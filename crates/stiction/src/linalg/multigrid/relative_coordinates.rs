@@ -500,8 +500,7 @@ mod tests {
         }
         let mut multigrid =
             Hierarchy::new(&relative, kernel, &coordinates.nodes, None, &Stop::never()).unwrap().unwrap();
-        let all = constraints_of(&|_| [true; 3]);
-        multigrid.constrain(&all, true);
+        multigrid.constrain(&constraints_of(&|_| [true; 3]), true);
         let zero_constrained = |x: &mut Vec<[f64; 3]>| coordinates.nodes.iter().for_each(|&v| x[v as usize] = [0.0; 3]);
         // Steepest descent with the cycle contracts the error; constrained nodes do not move.
         let mut x = vector(a.rows, 0.618);

@@ -481,8 +481,7 @@ fn the_coarse_problem_is_that_of_the_finest_level_in_a_smaller_space() {
     let mut hierarchy =
         Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &nodes, None, &Stop::never()).unwrap().unwrap();
     // Earlier constraints of the levels do not matter.
-    let all = vec![NodeConstraint { constrained: [true; 3], ..Default::default() }; nodes.len()];
-    hierarchy.constrain(&all, true);
+    hierarchy.constrain(&vec![NodeConstraint { constrained: [true; 3], ..Default::default() }; nodes.len()], true);
     let spring = [[3.0, 0.0, 0.0], [0.0, 2.0, -1.0], [0.0, -1.0, 0.5]];
     let mut coarse = CoarseProblem::new(&mut hierarchy).unwrap();
     let f: Vec<[f64; 3]> = (0..a.rows).map(|i| [1.0, (i % 3) as f64, (i % 7) as f64 - 3.0]).collect();

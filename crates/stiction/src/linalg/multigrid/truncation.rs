@@ -279,7 +279,12 @@ impl Hierarchy {
     }
 
     /// The next constraints of the coarse levels are added to none: what the changes so far have left of rounding is lost.
-    pub(crate) fn renew_coarse_levels(&mut self) {
+    pub(crate) fn forget_coarse_constraints(&mut self) {
+        self.truncation.held = None;
+    }
+
+    /// Takes all constraints from the coarse levels.
+    pub(super) fn renew_coarse_levels(&mut self) {
         let Truncation { rows, held, constrained_coarsest, coarsest, .. } = &mut self.truncation;
         *held = None;
         rows.iter_mut().for_each(|rows| rows.now.clear());
