@@ -163,7 +163,9 @@ impl<'a> Body<'a> {
                 own[0].place = mean(nodes.iter().map(|&node| x[node as usize]));
                 let known = match block.kind {
                     CellKind::Tet4 => Tet4::new(&corners(x, nodes)).map(|e| own[0].stress = self.stress(&e, &at)[0]),
-                    CellKind::Hex8 => Hex8::new(&corners(x, nodes)).map(|e| own[0].stress = self.mean_stress(&e, &at)),
+                    CellKind::Hex8 => {
+                        Hex8::averaged(&corners(x, nodes)).map(|e| own[0].stress = self.stress(&e, &at)[0])
+                    }
                     CellKind::Wedge6 => {
                         Wedge6::new(&corners(x, nodes)).map(|e| own[0].stress = self.mean_stress(&e, &at))
                     }

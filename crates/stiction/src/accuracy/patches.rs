@@ -251,7 +251,9 @@ impl Finder<'_> {
     /// These cells and their neighbours of the region.
     fn around(&self, cells: &[u32], region: u32) -> Vec<u32> {
         let corners = ascending(cells.iter().flat_map(|&cell| corners_of(self.cells.get(cell as usize).1)).copied());
-        ascending(corners.into_iter().flat_map(|corner| self.at(corner, region).into_owned()))
+        let mut around: Vec<u32> = Vec::with_capacity(8 * corners.len());
+        corners.into_iter().for_each(|corner| around.extend_from_slice(&self.at(corner, region)));
+        ascending(around)
     }
 
     fn mean_stress(&self, cells: &[u32]) -> Voigt {

@@ -341,12 +341,16 @@ impl<'a> Check<'a> {
     /// Where samples of triangle `t` lie inside a body: behind faces that look back.
     fn inside(&self, skin: &Skin, t: u32) -> Vec<Overlap> {
         let (normal, reach) = (skin.normal[t as usize], self.reach());
+        let inwards = scale(-1.0, normal);
         let looks_back = |other: &u32| dot(skin.normal[*other as usize], normal) < FACING && !skin.adjacent(t, *other);
-        let candidates: Vec<u32> = skin.tree.meeting(&self.behind(skin, t)).into_iter().filter(looks_back).collect();
+        // Surfaces in contact lie on one another: what has no corner behind the triangle is hit nowhere.
+        let x = skin.corners(t)[0];
+        let is_behind = |other: &u32| skin.corners(*other).iter().any(|y| dot(inwards, sub(*y, x)) > self.rounding);
+        let near = skin.tree.meeting(&self.behind(skin, t)).into_iter();
+        let candidates: Vec<u32> = near.filter(|other| looks_back(other) && is_behind(other)).collect();
         if candidates.is_empty() {
             return Vec::new();
         }
-        let inwards = scale(-1.0, normal);
         let mut found = Vec::new();
         for weights in samples() {
             let x = skin.point(t, weights);

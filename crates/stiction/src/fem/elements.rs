@@ -5,7 +5,7 @@ use super::{Material, Solid};
 use crate::Error;
 use crate::mesh::geometry::{GAUSS, HEX_CORNERS, HexEdges, corners, tet_jacobian};
 use crate::mesh::shape::{HEX20, Reference, TET10, WEDGE6, WEDGE15};
-use crate::mesh::v3::{V3, add, cross, dot, scale};
+use crate::mesh::v3::{V3, add, cross, dot, scale, sub};
 use crate::mesh::{CellKind, Mesh};
 
 /// Gradients of the `N` shape functions of a cell at its `Q` integration points.
@@ -119,6 +119,31 @@ impl Hex8 {
             }
         }
         Some(element)
+    }
+
+    /// The mean of its gradients as those of one point; `None` unless its volume is positive.
+    ///
+    /// By Gauss's theorem the integral of a gradient is that of the shape function over the faces, which are bilinear:
+    /// `∫ N_i n = s × t + (a/3) s × h + (b/3) h × t`, where the face is at `s ξ + t η + h ξ η` but for its middle and node `i` at
+    /// `ξ = a`, `η = b` (Flanagan and Belytschko 1981, "A uniform strain hexahedron and quadrilateral with orthogonal hourglass
+    /// control", have the same in components).
+    pub fn averaged(x: &[V3; 8]) -> Option<Element<8, 1>> {
+        // Counted from one of the corners, so that places far from the origin lose no digits.
+        let x = x.map(|corner| sub(corner, x[0]));
+        let mut gradient = [[0.0; 3]; 8];
+        for nodes in CellKind::Hex8.faces() {
+            let [a, b, c, d] = std::array::from_fn(|k| x[nodes[k]]);
+            let (ac, bd) = (sub(c, a), sub(d, b));
+            let [s, t] = [sub(ac, bd), add(ac, bd)].map(|v| scale(0.25, v));
+            let h = scale(0.25, sub(add(a, c), add(b, d)));
+            let (mean, along, across) = (cross(s, t), scale(1.0 / 3.0, cross(s, h)), scale(1.0 / 3.0, cross(h, t)));
+            let (more, less) = (add(mean, along), sub(mean, along));
+            let of_nodes = [sub(less, across), sub(more, across), add(more, across), add(less, across)];
+            nodes.iter().zip(of_nodes).for_each(|(&node, part)| gradient[node] = add(gradient[node], part));
+        }
+        let volume = gradient.iter().zip(&x).map(|(g, x)| dot(*g, *x)).sum::<f64>() / 3.0;
+        (volume > 0.0 && volume.is_finite())
+            .then(|| Element { weight: [volume], gradient: [gradient.map(|g| scale(1.0 / volume, g))] })
     }
 }
 

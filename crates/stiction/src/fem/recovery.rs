@@ -68,7 +68,7 @@ pub(crate) fn cell_stress_as<'a, T: Send>(
         let u = |node: u32| displacement[node as usize];
         let gradient = match kind {
             CellKind::Tet4 => Tet4::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, u)),
-            CellKind::Hex8 => Hex8::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, u)),
+            CellKind::Hex8 => Hex8::averaged(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, u)),
             CellKind::Tet10 => Tet10::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, u)),
             CellKind::Hex20 => Hex20::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, u)),
             CellKind::Wedge6 => Wedge6::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, u)),

@@ -206,6 +206,78 @@ fn hertz_is_met_with_few_unknowns_from_cells_wider_than_the_contact() {
     assert!((found / radius - 1.0).abs() < 0.02, "{found} {radius}");
 }
 
+/// A quarter of a steel ring in one of aluminium that is 0.06 too tight, radii 40, 60 and 90, plane stress without friction.
+fn shrink_fit(cells: usize, elements: [&str; 2], slave: &str) -> String {
+    let part = |name: &str, radii: [f64; 2], element: &str| {
+        format!(
+            "[mesh.parts.{name}]\nring = {{ radii = {radii:?}, height = 10, degrees = 90, cells = [2, {cells}, 1], \
+             element = \"{element}\" }}\n"
+        )
+    };
+    let fix = |groups: &str, components: &str| {
+        format!("[[fix]]\non = [\"inner.{groups}\", \"outer.{groups}\"]\ncomponents = \"{components}\"\n")
+    };
+    [
+        part("inner", [40.0, 60.0], elements[0]),
+        part("outer", [60.0, 90.0], elements[1]),
+        fix("end", "x"),
+        fix("start", "y"),
+        fix("z-min", "z"),
+        format!(
+            r#"
+[materials.steel]
+on = "inner"
+young = 210e3
+poisson = 0.3
+[materials.aluminium]
+on = "outer"
+young = 70e3
+poisson = 0.33
+[[contact]]
+on = "inner.outer"
+against = "outer.inner"
+gap = -0.06
+friction = "none"
+slave = "{slave}"
+"#
+        ),
+    ]
+    .concat()
+}
+
+/// Lamé 1852.
+#[test]
+fn what_is_read_of_a_curved_fit_lies_within_its_bars() {
+    let [a2, b2, c2] = [1600.0, 3600.0, 8100.0];
+    let outside = 60.0 / 70e3 * ((c2 + b2) / (c2 - b2) + 0.33);
+    let inside = 60.0 / 210e3 * ((b2 + a2) / (b2 - a2) - 0.3);
+    let pressure = 0.06 / (outside + inside);
+    let area = std::f64::consts::FRAC_PI_2 * 60.0 * 10.0;
+    // At the inner edge of the outer ring, which shortens along the axis as well.
+    let along = 0.33 / 70e3 * 2.0 * pressure * b2 / (c2 - b2) * 10.0;
+    let expected = [
+        ("normal force", pressure * area),
+        ("contact area", area),
+        ("mean pressure", pressure),
+        ("largest displacement", (pressure * outside).hypot(along)),
+    ];
+    for (cells, elements, slave, goal) in [
+        (6, ["hex8", "hex8"], "against", 0.03),
+        (6, ["hex20", "tet10"], "on", 0.03),
+        (4, ["tet4", "hex8"], "against", 0.05),
+        (9, ["hex8", "tet10"], "on", 0.01),
+    ] {
+        let (_, _, record) = refined(&shrink_fit(cells, elements, slave), &format!("energy = {goal}"));
+        assert!(record.reached);
+        for (name, exact) in expected {
+            let found = record.values.iter().find(|value| value.name == name).unwrap();
+            let (value, bar) = (found.value.unwrap(), found.bar.unwrap());
+            let told = format!("{cells} {elements:?} {slave} {goal}: {name} {value} within {bar}, {exact}");
+            assert!((value - exact).abs() <= bar && bar < 0.02 * exact, "{told}");
+        }
+    }
+}
+
 #[test]
 fn two_bodies_are_both_refined_and_keep_their_roles() {
     let (prepared, outcome, record) = refined(CUBE_ON_BLOCK, "energy = 0.06");

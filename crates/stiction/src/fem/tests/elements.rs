@@ -1,6 +1,7 @@
 //! The element matrices: what every elastic body must satisfy, whatever the element.
 
 use super::*;
+use crate::fem::elements::Hex8;
 
 /// Stiffness of a free body, all three formulations that differ.
 fn stiffness_of(mesh: &Mesh, poisson: f64, formulation: Formulation) -> SymmetricCsr {
@@ -99,6 +100,27 @@ fn a_rotated_or_mirrored_body_has_the_rotated_stiffness() {
             assert!(largest(&difference) < 1e-12 * largest(&expected), "{kind:?} {formulation:?}");
         }
     }
+}
+
+/// The integrand of a mean gradient of a trilinear cell is a polynomial that eight Gauss points integrate exactly.
+#[test]
+fn mean_gradients_of_hexahedra_by_their_faces_are_those_of_the_gauss_points() {
+    let mesh = distorted(CellKind::Hex8);
+    for far in [0.0, 1e6] {
+        for nodes in mesh.cells[0].nodes.chunks_exact(8) {
+            let x = std::array::from_fn(|i| v3::add(mesh.nodes[nodes[i] as usize], [far, -far, far]));
+            let (averaged, cell) = (Hex8::averaged(&x).unwrap(), Hex8::new(&x).unwrap());
+            let accuracy = if far == 0.0 { 1e-14 } else { 1e-9 };
+            assert!((averaged.weight[0] - cell.volume()).abs() < accuracy * cell.volume());
+            for (mean, sum) in averaged.gradient[0].iter().zip(cell.integrated_gradient()) {
+                let expected = v3::scale(1.0 / cell.volume(), sum);
+                assert!(v3::norm(v3::sub(*mean, expected)) < accuracy * v3::norm(averaged.gradient[0][0]));
+            }
+        }
+    }
+    let mut folded: [[f64; 3]; 8] = std::array::from_fn(|i| mesh.nodes[mesh.cells[0].nodes[i] as usize]);
+    folded.rotate_left(4);
+    assert!(Hex8::averaged(&folded).is_none());
 }
 
 #[test]

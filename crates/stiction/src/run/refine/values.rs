@@ -2,10 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::Friction;
+use crate::contact::{Friction, Pair, SurfaceFacts};
+use crate::fem::full_displacement;
 use crate::mesh::Mesh;
-use crate::mesh::v3::norm;
+use crate::mesh::v3::{V3, mean, norm, sub};
 use crate::run::pose::Prepared;
+use crate::run::pose::frames::frames;
 use crate::run::solve::{AnswerRecord, Named, Outcome, Totals, ValueRecord, edges, pair_totals};
 
 /// On the safe side of what the sequence says: of 491 bars on bricks, Hertz's contact, a punch, two bodies and a bolted joint 473 hold,
@@ -57,28 +59,59 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome) -> Vec<Value> {
     let plain =
         |name: String, sort: Sort, value: f64| Value { name, sort, value, least: LEAST * value.abs(), peak: None };
     let mut all = Vec::new();
-    for (pair, edge) in answer.pairs.iter().zip(edges(prepared, outcome)) {
+    let flattened: Vec<f64> = prepared.facts.contacts.iter().map(|contact| flattened(&contact.surface)).collect();
+    for ((pair, edge), flattened) in answer.pairs.iter().zip(edges(prepared, outcome)).zip(&flattened) {
         let Totals { normal_force, tangential_force, stick_area, slip_area, max_pressure, max_pressure_at, .. } =
             pair.totals;
         let of = |what: &str| if answer.pairs.len() > 1 { format!("{what} of \"{}\"", pair.name) } else { what.into() };
         let area = stick_area + slip_area;
-        all.push(plain(of("normal force"), Sort::Force, normal_force));
+        let by_curves = |value: f64| value.abs() * (SAFETY * flattened).max(LEAST);
+        let normal = Value { least: by_curves(normal_force), ..plain(of("normal force"), Sort::Force, normal_force) };
+        all.push(normal);
         if prepared.problem.contact.friction.iter().any(|law| *law != Friction::None) {
             all.push(plain(of("friction force"), Sort::Force, norm(tangential_force)));
         }
         let mean = if area > 0.0 { normal_force / area } else { 0.0 };
         let at_edge = |value: f64| if area > 0.0 { value.abs() * (0.5 * edge / area).max(LEAST) } else { 0.0 };
-        all.push(Value { least: at_edge(area), ..plain(of("contact area"), Sort::Other, area) });
-        all.push(Value { least: at_edge(mean), ..plain(of("mean pressure"), Sort::Other, mean) });
+        all.push(Value { least: at_edge(area).max(by_curves(area)), ..plain(of("contact area"), Sort::Other, area) });
+        all.push(Value { least: at_edge(mean).max(by_curves(mean)), ..plain(of("mean pressure"), Sort::Other, mean) });
         let peak = max_pressure_at.and_then(|at| cell_size(&prepared.mesh, at));
         all.push(Value { peak, ..plain(of("largest pressure"), Sort::Pressure, max_pressure) });
     }
     for bolt in &answer.bolts {
         all.push(plain(format!("force of bolt \"{}\"", bolt.name), Sort::Force, bolt.force));
     }
-    all.push(plain("largest displacement".into(), Sort::Displacement, answer.displacement_max));
+    let displacement = answer.displacement_max;
+    let by_curves = SAFETY * displaced_by_curves(prepared, outcome, &flattened);
+    let largest = plain("largest displacement".into(), Sort::Displacement, displacement);
+    all.push(Value { least: by_curves.max(LEAST * displacement), ..largest });
     all.push(plain("energy".into(), Sort::Other, answer.energy));
     all
+}
+
+/// The part of the area of curved faces that the flat pieces leave out which stand for them. Contact forces along the normals of single
+/// nodes add up to less than the integral of the pressure by about as much: the normals differ across the faces at a node, and
+/// forces along them cancel.
+fn flattened(surface: &SurfaceFacts) -> f64 {
+    let flat = surface.pair.as_ref().map_or(0.0, |pair| pair.flat_area);
+    if flat > 0.0 { (1.0 - flat / surface.area).max(0.0) } else { 0.0 }
+}
+
+/// What curved contact leaves open of displacements, length: that of a pair whose shape does not change is exact, and the part of a change that
+/// is along the normals by which the surfaces move against one another is short by what is `flattened`.
+fn displaced_by_curves(prepared: &Prepared, outcome: &Outcome, flattened: &[f64]) -> f64 {
+    if flattened.iter().all(|&part| part <= LEAST) {
+        return 0.0;
+    }
+    let u = full_displacement(&prepared.model, &outcome.solution.u);
+    let u: &[V3] = u.as_chunks().0;
+    let frames = frames(prepared);
+    let of_pair = |(pair, part): (&Pair, &f64)| {
+        let of_points = || frames[pair.points.clone()].iter().map(|frame| u[frame.node as usize]);
+        let mean = mean(of_points());
+        part * of_points().map(|u| norm(sub(u, mean))).fold(0.0, f64::max)
+    };
+    prepared.problem.labels.pairs.iter().zip(flattened).map(of_pair).fold(0.0, f64::max)
 }
 
 /// By name, for the record of a level.
