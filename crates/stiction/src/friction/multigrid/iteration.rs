@@ -76,7 +76,9 @@ pub(super) struct State {
 
 /// What the ranks find of an iterate together, in one message.
 struct Survey {
-    /// The violation of balance and law over the load.
+    /// The violation of balance and law, newton.
+    left: f64,
+    /// The same over the load.
     violated: f64,
     /// The same over the contact forces alone.
     of_contact: f64,
@@ -133,7 +135,7 @@ pub(super) fn run(
             tightening.balance(problem.transformed, &mut state.iterate);
         }
         let guessed = state.update_conditions(problem);
-        let Survey { violated, of_contact, states, changes, stops } = state.survey(problem);
+        let Survey { left, violated, of_contact, states, changes, stops } = state.survey(problem);
         state.monitor.record(violated, of_contact);
         state.stops |= observe(state.cycles, violated, states).is_break();
         if stops || state.stops && problem.transformed.halo().is_alone() {
@@ -177,7 +179,7 @@ pub(super) fn run(
         state.apply_targets(problem);
         for _ in 0..cycles {
             let r = residual(problem, &state.iterate);
-            let p = hierarchy.cycle(&r);
+            let p = hierarchy.cycle_in_units(left.max(f64::MIN_POSITIVE), &r);
             let kp = problem.transformed.k.times(&p);
             let mut direction = Direction { p, kp, shortening: Vec::new() };
             if let Some(tightening) = problem.tightening {
@@ -305,6 +307,7 @@ impl State {
         problem.transformed.halo().sum(&mut sums);
         let [left, load, contact, open, stick, slip, without, with, stops] = sums;
         Survey {
+            left: left.sqrt(),
             violated: over_load([left, load, contact]),
             of_contact: (left / contact.max(Threshold::FORCES * load)).sqrt(),
             states: [open, stick, slip].map(|count| count as usize),

@@ -48,7 +48,7 @@ use between_ranks::gathered;
 use coarsen::{Coarser, coarsen, copied, product_of};
 use coarsest::CoarsestFactor;
 use coulomb_coupling::CoulombCoupling;
-use packed::{Packed, add_to, scaled, unit};
+use packed::{Packed, add_to, in_units, largest, scaled};
 use quadratic::Linear;
 use smoother::Level;
 use truncation::{Support, Truncation};
@@ -262,10 +262,15 @@ impl Hierarchy {
     /// One cycle for `A x = b` from zero; `b` is zero on constrained components. With Coulomb coupling the sweeps of the
     /// finest level are those of the unsymmetric system, and the coarse levels see the coupling in their residuals alone.
     pub(crate) fn cycle(&self, b: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        let (scale, b) = unit(&self.fine.halo, b);
+        self.cycle_in_units(largest(&self.fine.halo, b), b)
+    }
+
+    /// The same where all ranks know about how large the entries of `b` are: that takes no message.
+    pub(crate) fn cycle_in_units(&self, scale: f64, b: &[[f64; 3]]) -> Vec<[f64; 3]> {
         if !scale.is_finite() {
             return vec![[0.0; 3]; b.len()];
         }
+        let b = in_units(scale, b);
         let (mut x, mut residual) = self.fine.forward(&b);
         self.absolute.forward(&self.fine, &mut x, &mut residual, &self.coulomb);
         let residual = self.truncated_residual(&x, residual);

@@ -28,10 +28,20 @@ pub(super) fn double<const R: usize, const C: usize>(a: &Single<R, C>) -> [[f64;
 
 /// Single precision with the largest entry of all ranks as the unit, because its range of exponents is narrow.
 pub(super) fn unit<const R: usize>(halo: &Halo, x: &[[f64; R]]) -> (f64, Vec<[f32; R]>) {
-    let mut scale = [x.iter().flatten().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()))];
-    halo.max(&mut scale);
-    let [scale] = scale;
-    (scale, x.iter().map(|x| x.map(|v| (v / scale) as f32)).collect())
+    let scale = largest(halo, x);
+    (scale, in_units(scale, x))
+}
+
+/// The largest entry of all ranks, at least the smallest positive number.
+pub(super) fn largest<const R: usize>(halo: &Halo, x: &[[f64; R]]) -> f64 {
+    let mut largest = [x.iter().flatten().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()))];
+    halo.max(&mut largest);
+    largest[0]
+}
+
+/// Single precision over `scale`.
+pub(super) fn in_units<const R: usize>(scale: f64, x: &[[f64; R]]) -> Vec<[f32; R]> {
+    x.iter().map(|x| x.map(|v| (v / scale) as f32)).collect()
 }
 
 /// The inverse of [`unit`].
