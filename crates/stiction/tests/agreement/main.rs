@@ -7,6 +7,7 @@ mod discrete;
 mod global_forms;
 mod independent_qp;
 mod independent_solver;
+mod layers;
 mod methods;
 mod multigrid;
 mod multigrid_hard;

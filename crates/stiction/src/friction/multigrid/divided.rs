@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::directions::{MOST_DIRECTIONS, Vector};
 use super::divided_bodies::{divided_motions, refuse_unresisted};
+use super::layers;
 use super::points::{OtherNodes, Point, points, points_at};
 use super::transform::{
     Transformed, all_in_frames, chained, compliance_of_others, frames_of, kernel, linear_space, mark_floating,
@@ -76,12 +77,13 @@ impl Transformed {
         let Points { nodes, points, others } = agree(&**ranks, found)?;
         stop.check()?;
         let mut k = nodes.blocks(&whole.elastic.K, &graph);
-        refuse_stiff_bodies(&k, &halo, &points, &others)?;
+        let layers = layers::layers(&k);
+        refuse_stiff_bodies(&k, &halo, &layers, &points, &others)?;
         let of_others = compliance_of_others(&k, &others);
         let others = all_in_frames(&points, others, nodes.count);
         frames_of(&mut k, &points);
         let mut kernel = kernel(whole, &nodes);
-        let linear = linear_space(whole, &nodes, &kernel, &points, &halo);
+        let linear = linear_space(whole, &nodes, &kernel, &points, &layers, &halo);
         kernel.truncate(halo.own());
         let here = points.iter().filter(|p| p.node < halo.own());
         here.for_each(|p| p.turn_kernel(&mut kernel));
@@ -93,7 +95,7 @@ impl Transformed {
         let (own_points, mut points): (Vec<u32>, Vec<Point>) = own.into_iter().map(|(j, p)| (j as u32, p)).unzip();
         let contact: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
         let border = Border::new(&k, &contact, ghosts.into_iter().map(|(_, p)| p).collect());
-        let hierarchy = Hierarchy::new(&k, &kernel, &contact, linear, stop)?;
+        let hierarchy = Hierarchy::new(&k, &kernel, &contact, contact.len(), linear, stop)?;
         let hierarchy = hierarchy.ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
         for ((p, coarse), &j) in points.iter_mut().zip(hierarchy.coarse_compliances()).zip(&own_points) {
             p.compliance = of_others[j as usize];
@@ -194,7 +196,7 @@ fn points_here(whole: &ContactProblem, division: &Division, graph: &NodeGraph) -
     let nodes = Nodes::new(graph, whole.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"))?;
     // All points together decide which node is whose; a rank sees a part of them, and takes what they were posed on.
     let found = if division.ranks.size() == 1 {
-        points(whole, &nodes)
+        points(whole, &nodes, &layers::layers(&nodes.blocks(&whole.elastic.K, graph)))
     } else {
         let node = node_of_label(whole, division, graph);
         let at: Vec<u32> = division.points.iter().map(|&label| node[label as usize]).collect();

@@ -18,6 +18,7 @@ mod elastic;
 mod fixed_point;
 mod floating;
 mod iteration;
+mod layers;
 mod memory;
 mod monitor;
 mod part;

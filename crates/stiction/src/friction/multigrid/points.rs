@@ -72,8 +72,12 @@ pub(super) struct NoOwnNode {
 ///
 /// A point's own node is one on which its rows are a frame and that no other point reaches, but for points whose own node
 /// has been found before: those may be relative to it, as the middle of a quadratic edge is to the ends, which are relative
-/// to the other body.
-pub(super) fn points(problem: &ContactProblem, nodes: &Nodes) -> Result<(Vec<Point>, Vec<OtherNodes>), NoOwnNode> {
+/// to the other body. Where the meshes match both sides of a layer have such a node: then it is that of the layer.
+pub(super) fn points(
+    problem: &ContactProblem,
+    nodes: &Nodes,
+    layers: &[Option<u32>],
+) -> Result<(Vec<Point>, Vec<OtherNodes>), NoOwnNode> {
     let rows = problem.isotropic_rows();
     let m = problem.points();
     let mut others: Vec<OtherNodes> = (0..m).map(|j| blocks(problem, nodes, j)).collect();
@@ -92,7 +96,9 @@ pub(super) fn points(problem: &ContactProblem, nodes: &Nodes) -> Result<(Vec<Poi
         let in_frame = filled(problem, &problem.contact.B, j);
         let is_own =
             |(v, block): &(u32, Block<3, 3>)| reached[*v as usize] == (1, j as u64) && is_frame(block, &in_frame);
-        let Some(own) = others[j].iter().position(is_own).filter(|_| points[j].is_none()) else { continue };
+        let in_layer = |other: &(u32, Block<3, 3>)| layers[other.0 as usize].is_some() && is_own(other);
+        let own = others[j].iter().position(in_layer).or_else(|| others[j].iter().position(is_own));
+        let Some(own) = own.filter(|_| points[j].is_none()) else { continue };
         for (v, _) in &others[j] {
             let (count, sum) = &mut reached[*v as usize];
             (*count, *sum) = (*count - 1, *sum - j as u64);

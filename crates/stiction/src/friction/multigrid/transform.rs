@@ -1,6 +1,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::divided::Border;
+use super::layers;
 use super::points::{NoOwnNode, OtherNodes, Point, compliance, points};
 use crate::Error;
 use crate::contact::ContactProblem;
@@ -88,6 +89,7 @@ const MOST_ON_STIFF: f64 = 0.25;
 pub(super) fn refuse_stiff_bodies(
     k: &Blocks<3, 3>,
     halo: &Halo,
+    layers: &[Option<u32>],
     points: &[Point],
     others: &[OtherNodes],
 ) -> Result<(), Error> {
@@ -103,7 +105,7 @@ pub(super) fn refuse_stiff_bodies(
             soft += weight * trace(&k.diagonal(*v as usize));
             all += weight;
         }
-        all > 0.0 && trace(&k.diagonal(p.node)) * all > MUCH_STIFFER * soft
+        all > 0.0 && layers::stiffness(k, layers, p.node) * all > MUCH_STIFFER * soft
     };
     let mut counts = [here().filter(stiff).count() as f64, here().filter(|(_, o)| masters(o)).count() as f64];
     halo.sum(&mut counts);
@@ -140,25 +142,29 @@ impl Transformed {
         }
         let nodes =
             Nodes::new(&graph, problem.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"))?;
-        let (mut points, others) = points(problem, &nodes).map_err(|of| no_own_node(problem, &nodes, of))?;
-        stop.check()?;
         let mut k = nodes.blocks(&problem.elastic.K, &graph);
         stop.check()?;
-        refuse_stiff_bodies(&k, &Halo::alone(nodes.count), &points, &others)?;
+        let layers = layers::layers(&k);
+        let found = points(problem, &nodes, &layers);
+        let (mut points, others) = found.map_err(|of| no_own_node(problem, &nodes, of))?;
+        stop.check()?;
+        refuse_stiff_bodies(&k, &Halo::alone(nodes.count), &layers, &points, &others)?;
+        let tied = layers::tied(&k, &layers, &points);
         let of_others = compliance_of_others(&k, &others);
-        let others = all_in_frames(&points, others, nodes.count);
+        let mut others = all_in_frames(&points, others, nodes.count);
         frames_of(&mut k, &points);
         let mut kernel = kernel(problem, &nodes);
-        let linear = linear_space(problem, &nodes, &kernel, &points, &Halo::alone(nodes.count));
+        let linear = linear_space(problem, &nodes, &kernel, &points, &layers, &Halo::alone(nodes.count));
         points.iter().for_each(|p| p.turn_kernel(&mut kernel));
-        let own: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
-        let between_bodies = others.iter().any(|o| !o.is_empty());
+        others.extend(tied.iter().map(|&(_, j)| vec![(points[j].node as u32, layers::minus(&points[j]))]));
+        let own: Vec<u32> = points.iter().map(|p| p.node as u32).chain(tied.iter().map(|tied| tied.0)).collect();
+        let are_relative = others.iter().any(|o| !o.is_empty());
         let relative =
-            between_bodies.then(|| RelativeCoordinates::new(own.clone(), &others, nodes.count).ok_or_else(chained));
+            are_relative.then(|| RelativeCoordinates::new(own.clone(), &others, nodes.count).ok_or_else(chained));
         let relative = relative.transpose()?;
         let k = RelativeMatrix::new(k, relative);
         stop.check()?;
-        let hierarchy = Hierarchy::new(&k, &kernel, &own, linear, stop)?;
+        let hierarchy = Hierarchy::new(&k, &kernel, &own, points.len(), linear, stop)?;
         let hierarchy = hierarchy.ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
         // The node's own compliance is that of the relative coordinates.
         for ((p, coarse), of_others) in points.iter_mut().zip(hierarchy.coarse_compliances()).zip(of_others) {
@@ -297,12 +303,13 @@ pub(super) fn order(problem: &ContactProblem, graph: &NodeGraph) -> Option<Vec<u
 }
 
 /// The displacements that are linear on the edges of quadratic elements, where some rank has such elements; `kernel` is that out
-/// of the frames of the points, at all nodes here.
+/// of the frames of the points, at all nodes here. A node of a layer moves with that of the mesh behind it.
 pub(super) fn linear_space(
     problem: &ContactProblem,
     nodes: &Nodes,
     kernel: &[Kernel<3>],
     points: &[Point],
+    layers: &[Option<u32>],
     halo: &Halo,
 ) -> Option<LinearSpace> {
     if !halo.any(problem.elastic.middles.is_some()) {
@@ -314,6 +321,11 @@ pub(super) fn linear_space(
     for [middle, a, b] in middles {
         if let Some(&v) = node_of.get(middle) {
             ends[v as usize] = Some([a, b].map(|end| node_of.get(end).copied().unwrap_or(NO_NODE)));
+        }
+    }
+    for (v, behind) in layers.iter().enumerate() {
+        if let &Some(behind) = behind {
+            ends[v] = Some(ends[behind as usize].unwrap_or([behind; 2]));
         }
     }
     let mut space = LinearSpace::new(&ends, kernel, halo);

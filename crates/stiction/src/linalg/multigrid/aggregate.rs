@@ -23,11 +23,14 @@ pub(super) fn diagonal_norms<const R: usize>(a: &Blocks<R, R>) -> Vec<f64> {
     (0..a.rows).into_par_iter().map(|i| square(&a.diagonal(i)).sqrt()).collect()
 }
 
-/// Blocks that couple two nodes strongly: `|A_ij|² > threshold² |A_ii| |A_jj|`, with the [`diagonal_norms`] `own` of all columns.
+/// Blocks that couple two nodes strongly: `|A_ij|² > threshold² |A_ii| |A_jj|`, with the [`diagonal_norms`] `own` of all columns. So is a node
+/// that is coupled with a single other one, however soft the spring between them: it follows that one.
 pub(super) fn strong<const R: usize>(a: &Blocks<R, R>, own: &[f64], threshold: f64) -> Vec<bool> {
+    let follows = |i: usize| i < a.rows && a.row(i).0.len() == 2;
     marks(a, |i, place| {
         let (j, coupling) = (a.column[place] as usize, square(&a.value[place]));
-        j != i && coupling > 0.0 && coupling > threshold.powi(2) * own[i] * own[j]
+        let is_strong = coupling > threshold.powi(2) * own[i] * own[j];
+        j != i && coupling > 0.0 && (is_strong || follows(i) || follows(j))
     })
 }
 

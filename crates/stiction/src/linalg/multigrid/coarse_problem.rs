@@ -205,7 +205,7 @@ impl<'a> CoarseProblem<'a> {
         let of_column = |t: usize| {
             let k = reach.reach[t] as usize;
             let entries = entry[start[k]..start[k + 1]].iter();
-            entries.filter(|&&(i, _)| springs[i as usize] != [[0.0; 3]; 3])
+            entries.filter(|&&(i, _)| springs.get(i as usize).is_some_and(|spring| *spring != [[0.0; 3]; 3]))
         };
         let reached = |t: usize, name: &mut dyn FnMut(u32)| {
             of_column(t).for_each(|&(i, _)| rows.row(i as usize).0.iter().for_each(|&j| name(j)));

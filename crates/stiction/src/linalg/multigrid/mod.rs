@@ -120,7 +120,8 @@ impl Threshold {
 
 impl Hierarchy {
     /// Sets up the hierarchy of a symmetric positive definite matrix with its near-kernel, three rows a node (the
-    /// rigid motions for elasticity). Only `contact_nodes` can be constrained later. `None` if aggregation does not make
+    /// rigid motions for elasticity). Only `contact_nodes` can be constrained later, as many of them as `constrained` says; the others
+    /// are measured from the first ones. `None` if aggregation does not make
     /// the matrix coarser.
     ///
     /// With relative coordinates the coarse spaces are those of the displacements, so that bodies joined by contact alone keep
@@ -134,6 +135,7 @@ impl Hierarchy {
         a: &RelativeMatrix,
         kernel: &[Kernel<3>],
         contact_nodes: &[u32],
+        constrained: usize,
         linear: Option<LinearSpace>,
         stop: &Stop,
     ) -> Result<Option<Hierarchy>, Error> {
@@ -206,7 +208,7 @@ impl Hierarchy {
         if halos[coarse.len()].total() > Threshold::COARSEST_LIMIT {
             return Ok(None);
         }
-        let absolute = AbsoluteSweeps::new(relative, contact_nodes, &fine);
+        let absolute = AbsoluteSweeps::new(relative, &contact_nodes[..constrained], &fine);
         let coarsest = CoarsestFactor::new(&matrix);
         truncation.set_coarsest(matrix);
         let mut hierarchy = Hierarchy {

@@ -32,7 +32,7 @@ pub(crate) const NO_NODE: u32 = u32::MAX;
 const LONG: f64 = 2.0;
 
 impl LinearSpace {
-    /// From the ends of the edge for each node in the middle of one, [`NO_NODE`] for those that are prescribed. The nodes are
+    /// From the ends of the edge for each node in the middle of one, twice the same for a node at the place of another one, [`NO_NODE`] for those that are prescribed. The nodes are
     /// divided by `halo`; further ones that are here count where edges are compared.
     pub(crate) fn new(ends: &[Option<[u32; 2]>], kernel: &[Kernel<3>], halo: &Halo) -> LinearSpace {
         let keeps = keep_middles(ends, kernel, halo);
@@ -50,7 +50,7 @@ impl LinearSpace {
             own => name(own),
         };
         let prolongation = Blocks::from_rows(halo.own(), coarse.len(), named, |v, row| match corner_of[v] {
-            NO_NODE => ends_of(v).for_each(|end| *row.at(corner_of[end as usize]) = half(v, end)),
+            NO_NODE => ends_of(v).for_each(|end| add_to(row.at(corner_of[end as usize]), &half(v, end))),
             own => (0..3).for_each(|c| row.at(own)[c][c] = 1.0),
         });
         LinearSpace { prolongation, kernel: corners.iter().map(|&v| kernel[v]).collect(), halo: coarse }
@@ -64,6 +64,10 @@ impl LinearSpace {
             add_product(to, &old, block);
         }
     }
+}
+
+fn add_to(sum: &mut Block<3, 3>, block: &Block<3, 3>) {
+    sum.iter_mut().flatten().zip(block.iter().flatten()).for_each(|(sum, x)| *sum += x);
 }
 
 /// The place in the linear space of each node and ghost, [`NO_NODE`] of those that it does not keep, from its nodes among those of
@@ -100,7 +104,9 @@ fn keep_middles(ends: &[Option<[u32; 2]>], kernel: &[Kernel<3>], halo: &Halo) ->
     let mut shortest = vec![f64::INFINITY; ends.len()];
     for v in 0..ends.len() {
         for end in known(v) {
-            shortest[end as usize] = shortest[end as usize].min(length(v, end));
+            let length = length(v, end);
+            shortest[end as usize] =
+                if length > 0.0 { shortest[end as usize].min(length) } else { shortest[end as usize] };
         }
     }
     // All edges at a corner are at hand on its own rank.

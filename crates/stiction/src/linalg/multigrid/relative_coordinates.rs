@@ -499,7 +499,9 @@ mod tests {
             assert_local_changes(&explicit, &explicit, &coupled, &coordinates.nodes, &constraints);
         }
         let mut multigrid =
-            Hierarchy::new(&relative, kernel, &coordinates.nodes, None, &Stop::never()).unwrap().unwrap();
+            Hierarchy::new(&relative, kernel, &coordinates.nodes, coordinates.nodes.len(), None, &Stop::never())
+                .unwrap()
+                .unwrap();
         multigrid.constrain(&constraints_of(&|_| [true; 3]), true);
         let zero_constrained = |x: &mut Vec<[f64; 3]>| coordinates.nodes.iter().for_each(|&v| x[v as usize] = [0.0; 3]);
         // Steepest descent with the cycle contracts the error; constrained nodes do not move.
@@ -537,7 +539,9 @@ mod tests {
                 y
             };
             let mut multigrid =
-                Hierarchy::new(&relative, &kernel, &coordinates.nodes, None, &Stop::never()).unwrap().unwrap();
+                Hierarchy::new(&relative, &kernel, &coordinates.nodes, coordinates.nodes.len(), None, &Stop::never())
+                    .unwrap()
+                    .unwrap();
             multigrid.constrain(&vec![constraint; count], true);
             let [mut p, mut q] = [0.618, 0.414].map(|seed| vector(a.rows, seed));
             zero_constrained(&mut p);

@@ -176,7 +176,7 @@ fn a_cycle_reads_little_more_than_the_finest_matrix_and_a_few_times_that_on_flat
     // lines of three nodes for three of them (27 x 36 against 3 x 19 x 9, 1.9 times, and a third of it on each level).
     for (step, most) in [([1.0; 3], 1.6), ([20.0, 1.0, 1.0], 2.2), ([20.0, 20.0, 1.0], 4.0)] {
         let (a, kernel) = lattice([13, 13, 13], step);
-        let levels = Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &[], None, &Stop::never())
+        let levels = Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &[], 0, None, &Stop::never())
             .unwrap()
             .unwrap()
             .level_sizes();
@@ -295,10 +295,16 @@ fn local_changes_of_the_linear_level_and_below_it_are_those_of_the_truncated_fun
         assert!((found - expected).abs() < 1e-11, "{found} {expected}");
     }
     // Cycles with the linear level contract, and what is constrained does not move.
-    let mut hierarchy =
-        Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &nodes, Some(space), &Stop::never())
-            .unwrap()
-            .unwrap();
+    let mut hierarchy = Hierarchy::new(
+        &RelativeMatrix::new(a.clone(), None),
+        &kernel,
+        &nodes,
+        nodes.len(),
+        Some(space),
+        &Stop::never(),
+    )
+    .unwrap()
+    .unwrap();
     hierarchy.constrain(&constraints, true);
     let truncated = |x: &mut Vec<[f64; 3]>| {
         for (&v, constraint) in nodes.iter().zip(&constraints) {
@@ -350,7 +356,7 @@ impl SlippingFace {
         let constraints: Vec<NodeConstraint> =
             (0..nodes.len()).map(|k| if k % 7 == 0 { NodeConstraint::default() } else { slips }).collect();
         let mut hierarchy =
-            Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &nodes, None, &Stop::never())
+            Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &nodes, nodes.len(), None, &Stop::never())
                 .unwrap()
                 .unwrap();
         hierarchy.constrain(&constraints, true);
@@ -479,7 +485,9 @@ fn the_coarse_problem_is_that_of_the_finest_level_in_a_smaller_space() {
     let (a, kernel) = lattice([25, 21, 23], [1.0; 3]);
     let nodes: Vec<u32> = (0..a.rows as u32).filter(|v| v % 5 == 0).collect();
     let mut hierarchy =
-        Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &nodes, None, &Stop::never()).unwrap().unwrap();
+        Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &nodes, nodes.len(), None, &Stop::never())
+            .unwrap()
+            .unwrap();
     // Earlier constraints of the levels do not matter.
     hierarchy.constrain(&vec![NodeConstraint { constrained: [true; 3], ..Default::default() }; nodes.len()], true);
     let spring = [[3.0, 0.0, 0.0], [0.0, 2.0, -1.0], [0.0, -1.0, 0.5]];
@@ -526,7 +534,7 @@ fn the_levels_contain_the_compliance_of_a_node_in_flat_cells_too() {
         let (a, kernel) = lattice([13, 13, 13], step);
         let node = (6 * 13 + 6) * 13;
         let hierarchy =
-            Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &[node as u32], None, &Stop::never())
+            Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &[node as u32], 1, None, &Stop::never())
                 .unwrap()
                 .unwrap();
         let (own, coarse) = (inverse(&a.diagonal(node)), hierarchy.coarse_compliances()[0]);

@@ -255,7 +255,7 @@ fn column<'a, const C: usize>(
 }
 
 impl Hierarchy {
-    /// Constrains the contact nodes, one constraint each in their order. The finest level changes at once, the coarse levels
+    /// Constrains the contact nodes, one constraint each in their order; further nodes are free. The finest level changes at once, the coarse levels
     /// only if `coarse` is true.
     pub(crate) fn constrain(&mut self, constraints: &[NodeConstraint], coarse: bool) {
         let Truncation { nodes, diagonal, .. } = &self.truncation;
@@ -271,9 +271,11 @@ impl Hierarchy {
         self.constrained.clear();
         let some = constraints.iter().enumerate().filter(|(_, c)| c.constrained != [false; 3]);
         self.constrained.extend(some.map(|(place, c)| (place as u32, c.constrained)));
-        self.absolute.constrain(constraints, nodes, &self.fine.matrix, coarse);
+        self.absolute.constrain(constraints, &nodes[..constraints.len()], &self.fine.matrix, coarse);
         if coarse {
-            let constraints = self.truncation.halo.extended(constraints).into_owned();
+            let mut constraints = constraints.to_vec();
+            constraints.resize(nodes.len(), NodeConstraint::default());
+            let constraints = self.truncation.halo.extended(&constraints).into_owned();
             self.update_coarse(constraints);
         }
     }
