@@ -23,6 +23,20 @@ fn interfaces_that_yield_are_the_same_on_ranks() {
     agrees(&yielding(&floating("element = \"tet10\", split = \"six\"", plane, "{ coulomb = 0.4 }", 0.0, true)), &[3]);
 }
 
+/// Springs so stiff that nodes of the mesh are measured from those in front of them.
+#[test]
+fn stiff_interfaces_are_the_same_on_ranks() {
+    let stiff = |text: String| format!("{text}stiffness = {{ normal = 3e14 }}\n");
+    agrees(&stiff(blocks(HEX8, false, "{ coulomb = 0.35 }")), &[1, 2, 3, 4]);
+    agrees(&stiff(blocks("element = \"tet10\", split = \"six\"", true, "{ coulomb = 0.35 }")), &[3]);
+    let plane = "{ plane = { point = [0, 0, 0], normal = [0, 0, 1] } }";
+    agrees(&stiff(floating(TET4, plane, "{ coulomb = 0.4 }", 0.0, true)), &[4]);
+    let case = case_of(&stiff(blocks(HEX8, false, "{ coulomb = 0.35 }")), "1e-10");
+    let [alone, others @ ..] = [1, 2, 4].map(|size| on_ranks(&case, size).1.counts.iterations);
+    let hard = on_ranks(&case_of(&blocks(HEX8, false, "{ coulomb = 0.35 }"), "1e-10"), 1).1.counts.iterations;
+    assert!(2 * alone <= 3 * hard && others.iter().all(|&cycles| 2 * cycles <= 3 * hard), "{hard} {alone} {others:?}");
+}
+
 #[test]
 fn interfaces_that_yield_take_the_cycles_of_one_rank() {
     for element in [TET4, HEX8] {

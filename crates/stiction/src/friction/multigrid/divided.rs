@@ -80,22 +80,26 @@ impl Transformed {
         let layers = layers::layers(&k);
         refuse_stiff_bodies(&k, &halo, &layers, &points, &others)?;
         let of_others = compliance_of_others(&k, &others);
-        let others = all_in_frames(&points, others, nodes.count);
+        let tied = layers::tied_here(&halo, layers::tied(&k, &layers, &points), &points);
+        let mut others = all_in_frames(&points, others, nodes.count);
+        others.extend(layers::rows(&tied, &points));
         frames_of(&mut k, &points);
         let mut kernel = kernel(whole, &nodes);
         let linear = linear_space(whole, &nodes, &kernel, &points, &layers, &halo);
         kernel.truncate(halo.own());
         let here = points.iter().filter(|p| p.node < halo.own());
         here.for_each(|p| p.turn_kernel(&mut kernel));
-        let relative = relative(&halo, &points, &others, nodes.count);
+        let relative = relative(&halo, (&points, &tied), &others, nodes.count);
         let relative = agree(&**ranks, relative)?;
         let k = RelativeMatrix::divided(k, halo, relative);
         let is_own = |(_, p): &(usize, Point)| p.node < k.len();
         let (own, ghosts): (Vec<_>, Vec<_>) = points.into_iter().enumerate().partition(is_own);
         let (own_points, mut points): (Vec<u32>, Vec<Point>) = own.into_iter().map(|(j, p)| (j as u32, p)).unzip();
         let contact: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
+        let own_tied = tied.iter().map(|tied| tied.0).filter(|&v| (v as usize) < k.len());
+        let with_tied: Vec<u32> = contact.iter().copied().chain(own_tied).collect();
         let border = Border::new(&k, &contact, ghosts.into_iter().map(|(_, p)| p).collect());
-        let hierarchy = Hierarchy::new(&k, &kernel, &contact, contact.len(), linear, stop)?;
+        let hierarchy = Hierarchy::new(&k, &kernel, &with_tied, contact.len(), linear, stop)?;
         let hierarchy = hierarchy.ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
         for ((p, coarse), &j) in points.iter_mut().zip(hierarchy.coarse_compliances()).zip(&own_points) {
             p.compliance = of_others[j as usize];
@@ -146,7 +150,7 @@ fn node_of_label(whole: &ContactProblem, division: &Division, graph: &NodeGraph)
     node
 }
 
-/// For each point its node and the others that its rows reach.
+/// For each point its node and the others that its rows reach; and the node behind that of a layer.
 fn links(whole: &ContactProblem, division: &Division, graph: &NodeGraph) -> Vec<(u32, Vec<u32>)> {
     let labels = whole.elastic.node_of.as_deref().unwrap_or_default();
     let node = node_of_label(whole, division, graph);
@@ -157,7 +161,14 @@ fn links(whole: &ContactProblem, division: &Division, graph: &NodeGraph) -> Vec<
         others.dedup();
         (node[own as usize], others.into_iter().map(|label| node[label as usize]).collect())
     };
-    division.points.iter().enumerate().map(of_point).collect()
+    let mut links: Vec<(u32, Vec<u32>)> = division.points.iter().enumerate().map(of_point).collect();
+    // What a layer is in front of may be measured from it.
+    let behind = |&(v, _): &(u32, Vec<u32>)| match graph.neighbours_of(v as usize) {
+        &[behind] => Some((behind, vec![v])),
+        _ => None,
+    };
+    links.extend(links.iter().filter_map(behind).collect::<Vec<_>>());
+    links
 }
 
 /// The nodes that rows of own nodes are coupled to where nodes are measured from others: `links` are nodes with these.
@@ -209,14 +220,14 @@ fn points_here(whole: &ContactProblem, division: &Division, graph: &NodeGraph) -
 /// The relative coordinates of all points here; `None` where no rank has points between bodies.
 fn relative(
     halo: &Halo,
-    points: &[Point],
+    (points, tied): (&[Point], &[(u32, usize)]),
     others: &[OtherNodes],
     count: usize,
 ) -> Result<Option<RelativeCoordinates>, Error> {
     if !halo.any(others.iter().any(|o| !o.is_empty())) {
         return Ok(None);
     }
-    let nodes = points.iter().map(|p| p.node as u32).collect();
+    let nodes = points.iter().map(|p| p.node as u32).chain(tied.iter().map(|tied| tied.0)).collect();
     RelativeCoordinates::new(nodes, others, count).ok_or_else(chained).map(Some)
 }
 

@@ -1,7 +1,10 @@
 //! Interfaces that yield: each of their points is at a node in front of the mesh, which springs tie to one node of it.
 
-use super::points::Point;
+use std::collections::HashMap;
+
+use super::points::{OtherNodes, Point};
 use crate::linalg::multigrid::{Block, Blocks};
+use crate::ranks::Halo;
 
 /// Springs that are stiffer than this part of what else holds the node of the mesh tie it.
 const STIFF: f64 = 1.0;
@@ -17,7 +20,7 @@ pub(super) fn layers(k: &Blocks<3, 3>) -> Vec<Option<u32>> {
         let largest = blocks[own].iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
         let pairs = blocks[own].iter().flatten().zip(blocks[other].iter().flatten());
         let are_springs = pairs.into_iter().all(|(x, y)| (x + y).abs() <= ROUNDING * largest);
-        (columns[own] as usize == v && are_springs).then(|| if own == 0 { b } else { a })
+        (columns[own] as usize == v && are_springs).then_some(if own == 0 { b } else { a })
     };
     (0..k.rows).map(partner).collect()
 }
@@ -49,10 +52,31 @@ pub(super) fn tied(k: &Blocks<3, 3>, layers: &[Option<u32>], points: &[Point]) -
     tied
 }
 
-/// Minus the displacement of a point, which is in its frame: what takes it off that of a node.
-pub(super) fn minus(p: &Point) -> Block<3, 3> {
-    let back = p.forces();
-    std::array::from_fn(|c| std::array::from_fn(|r| -back[r][c]))
+/// The same where nodes are divided among ranks: those of this rank, and then those of others among its ghosts.
+pub(super) fn tied_here(halo: &Halo, mut tied: Vec<(u32, usize)>, points: &[Point]) -> Vec<(u32, usize)> {
+    /// The number of a node in front of none.
+    const NONE: u64 = u64::MAX;
+    tied.retain(|&(v, _)| (v as usize) < halo.own());
+    if halo.is_alone() {
+        return tied;
+    }
+    let mut front = vec![NONE; halo.own()];
+    tied.iter().for_each(|&(v, j)| front[v as usize] = halo.global(points[j].node));
+    halo.update(&mut front);
+    let point_of: HashMap<usize, usize> = points.iter().enumerate().map(|(j, p)| (p.node, j)).collect();
+    let of_ghost = |v: usize| Some((v as u32, *point_of.get(&halo.place(front[v])?)?));
+    tied.extend((halo.own()..halo.len()).filter_map(of_ghost));
+    tied
+}
+
+/// What these nodes are measured from: minus the displacement of the point, which is in its frame.
+pub(super) fn rows(tied: &[(u32, usize)], points: &[Point]) -> Vec<OtherNodes> {
+    let row = |&(_, j): &(u32, usize)| {
+        let back = points[j].forces();
+        let minus = std::array::from_fn(|c| std::array::from_fn(|r| -back[r][c]));
+        vec![(points[j].node as u32, minus)]
+    };
+    tied.iter().map(row).collect()
 }
 
 fn trace(a: &Block<3, 3>) -> f64 {

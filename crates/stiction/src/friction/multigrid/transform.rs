@@ -156,7 +156,7 @@ impl Transformed {
         let mut kernel = kernel(problem, &nodes);
         let linear = linear_space(problem, &nodes, &kernel, &points, &layers, &Halo::alone(nodes.count));
         points.iter().for_each(|p| p.turn_kernel(&mut kernel));
-        others.extend(tied.iter().map(|&(_, j)| vec![(points[j].node as u32, layers::minus(&points[j]))]));
+        others.extend(layers::rows(&tied, &points));
         let own: Vec<u32> = points.iter().map(|p| p.node as u32).chain(tied.iter().map(|tied| tied.0)).collect();
         let are_relative = others.iter().any(|o| !o.is_empty());
         let relative =
