@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::directions::{MOST_DIRECTIONS, Vector};
 use super::divided_bodies::{divided_motions, refuse_unresisted};
-use super::layers;
+use super::layers::{self, Tied};
 use super::points::{OtherNodes, Point, points, points_at};
 use super::transform::{
     Transformed, all_in_frames, chained, compliance_of_others, frames_of, kernel, linear_space, mark_floating,
@@ -80,7 +80,7 @@ impl Transformed {
         let layers = layers::layers(&k);
         refuse_stiff_bodies(&k, &halo, &layers, &points, &others)?;
         let of_others = compliance_of_others(&k, &others);
-        let tied = layers::tied_here(&halo, layers::tied(&k, &layers, &points), &points);
+        let tied = layers::tied_here(&halo, &layers, layers::tied(&k, &layers, &points), &points);
         let mut others = all_in_frames(&points, others, nodes.count);
         others.extend(layers::rows(&tied, &points));
         frames_of(&mut k, &points);
@@ -96,7 +96,7 @@ impl Transformed {
         let (own, ghosts): (Vec<_>, Vec<_>) = points.into_iter().enumerate().partition(is_own);
         let (own_points, mut points): (Vec<u32>, Vec<Point>) = own.into_iter().map(|(j, p)| (j as u32, p)).unzip();
         let contact: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
-        let own_tied = tied.iter().map(|tied| tied.0).filter(|&v| (v as usize) < k.len());
+        let own_tied = tied.iter().map(|tied| tied.behind.node).filter(|&v| (v as usize) < k.len());
         let with_tied: Vec<u32> = contact.iter().copied().chain(own_tied).collect();
         let border = Border::new(&k, &contact, ghosts.into_iter().map(|(_, p)| p).collect());
         let hierarchy = Hierarchy::new(&k, &kernel, &with_tied, contact.len(), linear, stop)?;
@@ -220,14 +220,14 @@ fn points_here(whole: &ContactProblem, division: &Division, graph: &NodeGraph) -
 /// The relative coordinates of all points here; `None` where no rank has points between bodies.
 fn relative(
     halo: &Halo,
-    (points, tied): (&[Point], &[(u32, usize)]),
+    (points, tied): (&[Point], &[Tied]),
     others: &[OtherNodes],
     count: usize,
 ) -> Result<Option<RelativeCoordinates>, Error> {
     if !halo.any(others.iter().any(|o| !o.is_empty())) {
         return Ok(None);
     }
-    let nodes = points.iter().map(|p| p.node as u32).chain(tied.iter().map(|tied| tied.0)).collect();
+    let nodes = points.iter().map(|p| p.node as u32).chain(tied.iter().map(|tied| tied.behind.node)).collect();
     RelativeCoordinates::new(nodes, others, count).ok_or_else(chained).map(Some)
 }
 

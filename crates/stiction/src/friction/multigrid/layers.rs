@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::points::{OtherNodes, Point};
-use crate::linalg::multigrid::{Block, Blocks};
+use crate::linalg::multigrid::Blocks;
 use crate::ranks::Halo;
 
 /// Springs that are stiffer than this part of what else holds the node of the mesh tie it.
@@ -11,74 +11,102 @@ const STIFF: f64 = 1.0;
 /// Entries of springs are equal to this accuracy.
 const ROUNDING: f64 = 1e-9;
 
+/// What is behind a node of a layer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Behind {
+    pub node: u32,
+    /// For each unknown of that node the one of the layer that springs tie it to. Where a support holds a component behind, the springs
+    /// end there.
+    to: [Option<usize>; 3],
+}
+
 /// For each node the other one that springs tie it to, if there is nothing else at it; `k` has the rows of the nodes, not yet in frames.
-pub(super) fn layers(k: &Blocks<3, 3>) -> Vec<Option<u32>> {
-    let partner = |v: usize| {
-        let (columns, blocks) = k.row(v);
-        let &[a, b] = columns else { return None };
-        let (own, other) = if a as usize == v { (0, 1) } else { (1, 0) };
-        let largest = blocks[own].iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let pairs = blocks[own].iter().flatten().zip(blocks[other].iter().flatten());
-        let are_springs = pairs.into_iter().all(|(x, y)| (x + y).abs() <= ROUNDING * largest);
-        (columns[own] as usize == v && are_springs).then_some(if own == 0 { b } else { a })
-    };
-    (0..k.rows).map(partner).collect()
+pub(super) fn layers(k: &Blocks<3, 3>) -> Vec<Option<Behind>> {
+    (0..k.rows).map(|v| behind(k, v)).collect()
+}
+
+fn behind(k: &Blocks<3, 3>, v: usize) -> Option<Behind> {
+    let (columns, blocks) = k.row(v);
+    let &[a, b] = columns else { return None };
+    let (node, own, other) = if a as usize == v { (b, &blocks[0], &blocks[1]) } else { (a, &blocks[1], &blocks[0]) };
+    let least = ROUNDING * own.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let mut to = [None; 3];
+    for c in (0..3).filter(|&c| other.iter().any(|row| row[c] != 0.0)) {
+        let is_minus = |&d: &usize| own.iter().zip(other).all(|(x, y)| (x[d] + y[c]).abs() <= least);
+        to[c] = Some((0..3).find(is_minus)?);
+    }
+    ((node as usize) < k.rows && to != [None; 3]).then_some(Behind { node, to })
+}
+
+/// What springs a node of a layer and what else the node behind it is held by, along the unknowns that they tie; force per length.
+fn held(k: &Blocks<3, 3>, node: usize, Behind { node: behind, to }: Behind) -> [f64; 2] {
+    let (springs, whole) = (k.diagonal(node), k.diagonal(behind as usize));
+    let sum = |of: &dyn Fn(usize, usize) -> f64| (0..3).filter_map(|c| Some(of(c, to[c]?))).sum::<f64>();
+    [sum(&|_, d| springs[d][d]), sum(&|c, d| whole[c][c] - springs[d][d])]
 }
 
 /// What holds the node of a point: the springs of a layer and what is behind them in series, so that the softer of both counts; force
 /// per length.
-pub(super) fn stiffness(k: &Blocks<3, 3>, layers: &[Option<u32>], node: usize) -> f64 {
-    let own = trace(&k.diagonal(node));
+pub(super) fn stiffness(k: &Blocks<3, 3>, layers: &[Option<Behind>], node: usize) -> f64 {
     match layers.get(node).copied().flatten() {
-        Some(behind) => own.min(trace(&k.diagonal(behind as usize)) - own),
-        None => own,
+        Some(behind) => held(k, node, behind).into_iter().fold(f64::INFINITY, f64::min),
+        None => {
+            let own = k.diagonal(node);
+            own[0][0] + own[1][1] + own[2][2]
+        }
     }
 }
 
-/// The nodes of the mesh behind stiff springs, each with the place of the point in front of it. They are measured from the point: as
-/// nodes of their own, displacements of both would have to change together, which sweeps by nodes do not.
-pub(super) fn tied(k: &Blocks<3, 3>, layers: &[Option<u32>], points: &[Point]) -> Vec<(u32, usize)> {
+/// A node of the mesh behind stiff springs, and the place of the point in front of it. It is measured from the point: as nodes of their
+/// own, displacements of both would have to change together, which sweeps by nodes do not.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tied {
+    pub behind: Behind,
+    pub point: usize,
+}
+
+/// Those behind these points.
+pub(super) fn tied(k: &Blocks<3, 3>, layers: &[Option<Behind>], points: &[Point]) -> Vec<Tied> {
     let mut taken: Vec<bool> = vec![false; k.rows];
     points.iter().for_each(|p| taken[p.node] = true);
     let mut tied = Vec::new();
-    for (j, p) in points.iter().enumerate() {
+    for (point, p) in points.iter().enumerate() {
         let Some(behind) = layers[p.node] else { continue };
-        let springs = trace(&k.diagonal(p.node));
-        let body = trace(&k.diagonal(behind as usize)) - springs;
-        if springs > STIFF * body && !std::mem::replace(&mut taken[behind as usize], true) {
-            tied.push((behind, j));
+        let [springs, body] = held(k, p.node, behind);
+        if springs > STIFF * body && !std::mem::replace(&mut taken[behind.node as usize], true) {
+            tied.push(Tied { behind, point });
         }
     }
     tied
 }
 
 /// The same where nodes are divided among ranks: those of this rank, and then those of others among its ghosts.
-pub(super) fn tied_here(halo: &Halo, mut tied: Vec<(u32, usize)>, points: &[Point]) -> Vec<(u32, usize)> {
+pub(super) fn tied_here(halo: &Halo, layers: &[Option<Behind>], mut tied: Vec<Tied>, points: &[Point]) -> Vec<Tied> {
     /// The number of a node in front of none.
     const NONE: u64 = u64::MAX;
-    tied.retain(|&(v, _)| (v as usize) < halo.own());
+    tied.retain(|tied| (tied.behind.node as usize) < halo.own());
     if halo.is_alone() {
         return tied;
     }
     let mut front = vec![NONE; halo.own()];
-    tied.iter().for_each(|&(v, j)| front[v as usize] = halo.global(points[j].node));
+    tied.iter().for_each(|tied| front[tied.behind.node as usize] = halo.global(points[tied.point].node));
     halo.update(&mut front);
     let point_of: HashMap<usize, usize> = points.iter().enumerate().map(|(j, p)| (p.node, j)).collect();
-    let of_ghost = |v: usize| Some((v as u32, *point_of.get(&halo.place(front[v])?)?));
+    let of_ghost = |v: usize| {
+        let node = halo.place(front[v])?;
+        Some(Tied { behind: layers[node]?, point: *point_of.get(&node)? })
+    };
     tied.extend((halo.own()..halo.len()).filter_map(of_ghost));
     tied
 }
 
 /// What these nodes are measured from: minus the displacement of the point, which is in its frame.
-pub(super) fn rows(tied: &[(u32, usize)], points: &[Point]) -> Vec<OtherNodes> {
-    let row = |&(_, j): &(u32, usize)| {
-        let back = points[j].forces();
-        let minus = std::array::from_fn(|c| std::array::from_fn(|r| -back[r][c]));
-        vec![(points[j].node as u32, minus)]
+pub(super) fn rows(tied: &[Tied], points: &[Point]) -> Vec<OtherNodes> {
+    let row = |tied: &Tied| {
+        let (p, to) = (&points[tied.point], tied.behind.to);
+        let back = p.forces();
+        let minus = std::array::from_fn(|c| std::array::from_fn(|r| to[c].map_or(0.0, |d| -back[r][d])));
+        vec![(p.node as u32, minus)]
     };
     tied.iter().map(row).collect()
-}
-
-fn trace(a: &Block<3, 3>) -> f64 {
-    a[0][0] + a[1][1] + a[2][2]
 }

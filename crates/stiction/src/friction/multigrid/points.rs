@@ -1,3 +1,4 @@
+use super::layers::Behind;
 use crate::contact::ContactProblem;
 use crate::linalg::multigrid::{Block, Kernel, Nodes};
 use crate::linalg::{Csr, dot};
@@ -76,7 +77,7 @@ pub(super) struct NoOwnNode {
 pub(super) fn points(
     problem: &ContactProblem,
     nodes: &Nodes,
-    layers: &[Option<u32>],
+    layers: &[Option<Behind>],
 ) -> Result<(Vec<Point>, Vec<OtherNodes>), NoOwnNode> {
     let rows = problem.isotropic_rows();
     let m = problem.points();

@@ -1,7 +1,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::divided::Border;
-use super::layers;
+use super::layers::{self, Behind};
 use super::points::{NoOwnNode, OtherNodes, Point, compliance, points};
 use crate::Error;
 use crate::contact::ContactProblem;
@@ -89,7 +89,7 @@ const MOST_ON_STIFF: f64 = 0.25;
 pub(super) fn refuse_stiff_bodies(
     k: &Blocks<3, 3>,
     halo: &Halo,
-    layers: &[Option<u32>],
+    layers: &[Option<Behind>],
     points: &[Point],
     others: &[OtherNodes],
 ) -> Result<(), Error> {
@@ -157,7 +157,8 @@ impl Transformed {
         let linear = linear_space(problem, &nodes, &kernel, &points, &layers, &Halo::alone(nodes.count));
         points.iter().for_each(|p| p.turn_kernel(&mut kernel));
         others.extend(layers::rows(&tied, &points));
-        let own: Vec<u32> = points.iter().map(|p| p.node as u32).chain(tied.iter().map(|tied| tied.0)).collect();
+        let own: Vec<u32> =
+            points.iter().map(|p| p.node as u32).chain(tied.iter().map(|tied| tied.behind.node)).collect();
         let are_relative = others.iter().any(|o| !o.is_empty());
         let relative =
             are_relative.then(|| RelativeCoordinates::new(own.clone(), &others, nodes.count).ok_or_else(chained));
@@ -309,7 +310,7 @@ pub(super) fn linear_space(
     nodes: &Nodes,
     kernel: &[Kernel<3>],
     points: &[Point],
-    layers: &[Option<u32>],
+    layers: &[Option<Behind>],
     halo: &Halo,
 ) -> Option<LinearSpace> {
     if !halo.any(problem.elastic.middles.is_some()) {
@@ -325,7 +326,7 @@ pub(super) fn linear_space(
     }
     for (v, behind) in layers.iter().enumerate() {
         if let &Some(behind) = behind {
-            ends[v] = Some(ends[behind as usize].unwrap_or([behind; 2]));
+            ends[v] = Some(ends[behind.node as usize].unwrap_or([behind.node; 2]));
         }
     }
     let mut space = LinearSpace::new(&ends, kernel, halo);
