@@ -15,11 +15,13 @@ struct Job {
     law: &'static str,
     /// Whether supports hold components of the block at two edges of the surface.
     held: bool,
+    /// The stiffness along the surface over that along the normal.
+    tangential: f64,
 }
 
 /// The cycles, and the largest displacement.
 fn solved(job: &Job, stiffness: Option<f64>, path: SolverPath) -> (usize, f64) {
-    let Job { element, matching, on_plane, law, held: has_edges } = job;
+    let Job { element, matching, on_plane, law, held: has_edges, tangential } = job;
     let quadratic = ["tet10", "hex20"].contains(element);
     let [high, low] = if quadratic { ["6, 6, 3", "5, 5, 2"] } else { ["12, 12, 5", "10, 10, 4"] };
     let low = if *matching { high } else { low };
@@ -34,7 +36,8 @@ fn solved(job: &Job, stiffness: Option<f64>, path: SolverPath) -> (usize, f64) {
         true => "{ plane = { point = [0, 0, 14], normal = [0, 0, 1] } }",
         false => "\"low.z-max\"",
     };
-    let yields = stiffness.map_or(String::new(), |k| format!("stiffness = {{ normal = {k:e} }}\n"));
+    let yields = stiffness
+        .map_or(String::new(), |k| format!("stiffness = {{ normal = {k:e}, tangential = {:e} }}\n", tangential * k));
     let text = [
         if *on_plane { String::new() } else { held },
         part("high", high, 14.0),
@@ -68,19 +71,20 @@ const COULOMB: &str = "{ coulomb = 0.3 }";
 /// Springs of 100 N/mm^3 make the block sink by 0.05, those of 1e9 by 5e-9 mm.
 #[test]
 fn cycles_are_those_of_hard_contact_however_stiff_the_interface_is() {
-    for (element, matching, on_plane, law) in [
-        ("tet4", false, false, COULOMB),
-        ("hex8", false, false, COULOMB),
-        ("hex8", true, false, COULOMB),
-        ("tet10", false, false, COULOMB),
-        ("tet10", true, true, COULOMB),
-        ("hex20", false, false, COULOMB),
-        ("wedge6", true, true, "\"bonded\""),
-        ("tet10", false, false, "\"bonded\""),
-        ("tet10", false, false, "\"none\""),
-        ("wedge6", false, false, "\"none\""),
+    for (element, matching, on_plane, law, tangential) in [
+        ("tet4", false, false, COULOMB, 1.0),
+        ("hex8", false, false, COULOMB, 1.0),
+        ("hex8", true, false, COULOMB, 1.0),
+        ("hex8", false, true, COULOMB, 0.01),
+        ("tet10", false, false, COULOMB, 1.0),
+        ("tet10", true, true, COULOMB, 1.0),
+        ("hex20", false, false, COULOMB, 1.0),
+        ("wedge6", true, true, "\"bonded\"", 1.0),
+        ("tet10", false, false, "\"bonded\"", 1.0),
+        ("tet10", false, false, "\"none\"", 0.01),
+        ("wedge6", false, false, "\"none\"", 0.01),
     ] {
-        let job = Job { element, matching, on_plane, law, held: law == "\"none\"" };
+        let job = Job { element, matching, on_plane, law, held: law == "\"none\"", tangential };
         let (hard, _) = solved(&job, None, SolverPath::Multigrid);
         for stiffness in [1e2, 1e4, 1e5, 1e6, 1e7, 1e9] {
             let (cycles, _) = solved(&job, Some(stiffness), SolverPath::Multigrid);
@@ -94,7 +98,7 @@ fn stiff_and_soft_interfaces_have_the_solution_of_the_direct_path() {
     for (element, matching, stiffness) in
         [("hex8", true, 1e3), ("hex8", false, 1e7), ("tet10", false, 1e6), ("tet4", true, 1e8)]
     {
-        let job = Job { element, matching, on_plane: false, law: COULOMB, held: false };
+        let job = Job { element, matching, on_plane: false, law: COULOMB, held: false, tangential: 1.0 };
         let [multigrid, direct] =
             [SolverPath::Multigrid, SolverPath::Solves].map(|path| solved(&job, Some(stiffness), path).1);
         assert!((multigrid / direct - 1.0).abs() < 1e-7, "{element} {stiffness:e}: {multigrid} {direct}");

@@ -79,8 +79,9 @@ impl Transformed {
         let mut k = nodes.blocks(&whole.elastic.K, &graph);
         let layers = layers::layers(&k);
         refuse_stiff_bodies(&k, &halo, &layers, &points, &others)?;
-        let of_others = compliance_of_others(&k, &others);
+        let mut of_others = compliance_of_others(&k, &others);
         let tied = layers::tied_here(&halo, &layers, layers::tied(&k, &layers, &points), &points);
+        tied.iter().for_each(|tied| of_others[tied.point] += tied.compliance);
         let mut others = all_in_frames(&points, others, nodes.count);
         others.extend(layers::rows(&tied, &points));
         frames_of(&mut k, &points);

@@ -150,7 +150,8 @@ impl Transformed {
         stop.check()?;
         refuse_stiff_bodies(&k, &Halo::alone(nodes.count), &layers, &points, &others)?;
         let tied = layers::tied(&k, &layers, &points);
-        let of_others = compliance_of_others(&k, &others);
+        let mut of_others = compliance_of_others(&k, &others);
+        tied.iter().for_each(|tied| of_others[tied.point] += tied.compliance);
         let mut others = all_in_frames(&points, others, nodes.count);
         frames_of(&mut k, &points);
         let mut kernel = kernel(problem, &nodes);
