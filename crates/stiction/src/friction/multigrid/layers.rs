@@ -6,8 +6,9 @@ use super::points::{OtherNodes, Point, compliance};
 use crate::linalg::multigrid::{Block, Blocks};
 use crate::ranks::Halo;
 
-/// Springs that are stiffer than this many times what else holds the node of the mesh tie it. With 1 a block on a plane whose interface yields along the surface
-/// a hundred times as much as across it, at 1e5 N/mm^3, takes 79 cycles instead of 14: there some of its nodes are tied and others not.
+/// Springs that are stiffer than this many times what else holds the node of the mesh tie it. With 1 a block on a plane whose interface
+/// yields along the surface a hundred times as much as across it, at 1e5 N/mm³, takes 79 cycles instead of 14: there some of its nodes
+/// are tied and others not.
 const STIFF: f64 = 4.0;
 /// Entries of springs are equal to this accuracy.
 const ROUNDING: f64 = 1e-9;

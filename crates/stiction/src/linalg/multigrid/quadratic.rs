@@ -32,8 +32,8 @@ pub(crate) const NO_NODE: u32 = u32::MAX;
 const LONG: f64 = 2.0;
 
 impl LinearSpace {
-    /// From the ends of the edge for each node in the middle of one, twice the same for a node at the place of another one, [`NO_NODE`] for those that are prescribed. The nodes are
-    /// divided by `halo`; further ones that are here count where edges are compared.
+    /// From the ends of the edge for each node in the middle of one, twice the same for a node at the place of another one, [`NO_NODE`] for
+    /// those that are prescribed. The nodes are divided by `halo`; further ones that are here count where edges are compared.
     pub(crate) fn new(ends: &[Option<[u32; 2]>], kernel: &[Kernel<3>], halo: &Halo) -> LinearSpace {
         let keeps = keep_middles(ends, kernel, halo);
         let corners: Vec<usize> = (0..halo.own()).filter(|&v| keeps[v]).collect();
