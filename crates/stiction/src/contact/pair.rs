@@ -189,11 +189,11 @@ pub(super) fn points_of_pair(
     let frames = frames(matched, dofs, (lost, taken), &mut facts, &mut found)?;
     let outward: HashMap<u32, V3> = matched.outward.iter().copied().collect();
     let within = distances_of_several(mesh, &surface.faces, met, patches);
-    // Wholly dropped nodes are so on all sides alike.
-    let keep = |face: u32, node: u32| match frames.contains_key(&node) {
-        false => Err(u32::MAX),
-        true if patches.carries(face, node) => Ok(()),
-        true => Err(patches.side(face)),
+    // Faces that do not count for a node are left to others than those that do: what lies behind is at another distance.
+    let keep = |face: u32, node: u32| match (patches.carries(face, node), frames.contains_key(&node)) {
+        (true, true) => Ok(()),
+        (true, false) => Err(u32::MAX),
+        (false, _) => Err(patches.side(face)),
     };
     let leaves_out = |node: u32| lost.get(&node) == Some(&Lost::Behind);
     let (rows, lost_area) = rows(mesh, &surface.faces, met, (edges, overhang), keep, leaves_out);

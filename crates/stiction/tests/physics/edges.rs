@@ -122,7 +122,7 @@ friction = {law}
 /// is free to grow, goes straight down where its edge runs through faces of the block.
 #[test]
 fn where_the_counterpart_ends_what_lies_behind_makes_no_overlap() {
-    for (from, behind) in [(2.3, 14.0), (2.3, 11.02), (7.7, 14.0)] {
+    for (from, behind) in [(2.3, 14.0), (2.3, 11.02), (7.7, 14.0), (9.0, 14.0), (11.0, 11.02)] {
         let long = 20.0 - from;
         let run = solved(&format!(
             r#"
