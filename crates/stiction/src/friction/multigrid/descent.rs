@@ -5,7 +5,7 @@ use super::points::Point;
 use crate::contact::Friction;
 use crate::friction::End;
 use crate::friction::PointState;
-use crate::linalg::multigrid::{Block, Hierarchy, NodeConstraint, inverse};
+use crate::linalg::multigrid::{AllRows, Block, Hierarchy, NodeConstraint, inverse};
 use crate::ranks::{Halo, from_bytes, gather_all, to_bytes};
 
 /// Cycles of a descent after which it is asked whether there is anything to arrive at. Those of problems whose loads are a
@@ -36,7 +36,8 @@ pub(super) fn descend(
     let (k, nodes) = (&problem.transformed.k, problem.transformed.f.len());
     let mut point_of = vec![u32::MAX; nodes];
     problem.points().enumerate().for_each(|(j, (p, _))| point_of[p.node] = j as u32);
-    let inverses: Vec<Block<3, 3>> = (0..nodes).map(|i| inverse(&k.diagonal(i))).collect();
+    let rows = k.all_rows();
+    let inverses: Vec<Block<3, 3>> = (0..nodes).map(|i| inverse(&rows.diagonal(i))).collect();
     let (halo, turns) = (&k.halo, turns(&k.halo));
     make_feasible(problem, &mut state.iterate.u);
     state.restart();
@@ -63,7 +64,7 @@ pub(super) fn descend(
         for mine in &turns {
             halo.update(&mut state.iterate.u);
             if *mine {
-                sweep(problem, &point_of, &inverses, &mut state.iterate.u);
+                sweep(problem, &rows, &point_of, &inverses, &mut state.iterate.u);
             }
         }
         state.iterate.u.truncate(nodes);
@@ -126,11 +127,11 @@ fn make_feasible(problem: &Subproblem<'_>, u: &mut Vector) {
 /// One nonlinear Gauss-Seidel sweep: each block of components is set to the minimum of the energy over it. The normal
 /// component of a point and its tangential ones are blocks of their own, for which the energy's kinks are separable.
 /// `u` has the values at ghosts too.
-fn sweep(problem: &Subproblem<'_>, point_of: &[u32], inverses: &[Block<3, 3>], u: &mut Vector) {
+fn sweep(problem: &Subproblem<'_>, rows: &AllRows<'_>, point_of: &[u32], inverses: &[Block<3, 3>], u: &mut Vector) {
     let transformed = problem.transformed;
     for i in 0..inverses.len() {
         let mut r = transformed.f[i];
-        for (j, a) in transformed.k.entries_of(i) {
+        for (j, a) in rows.entries_of(i) {
             let x = u[j as usize];
             (0..3).for_each(|c| r[c] -= a[c][0] * x[0] + a[c][1] * x[1] + a[c][2] * x[2]);
         }
@@ -139,7 +140,7 @@ fn sweep(problem: &Subproblem<'_>, point_of: &[u32], inverses: &[Block<3, 3>], u
             continue;
         }
         let j = point_of[i] as usize;
-        let (p, law, d) = (&transformed.points[j], &problem.laws[j], transformed.k.diagonal(i));
+        let (p, law, d) = (&transformed.points[j], &problem.laws[j], rows.diagonal(i));
         let fixed = [0, 1, 2].map(|c| is_bonded(law) && p.has_row[c]);
         if !fixed[0] && d[0][0] > 0.0 {
             let wanted = u[i][0] + r[0] / d[0][0];

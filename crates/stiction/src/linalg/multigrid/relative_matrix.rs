@@ -1,7 +1,12 @@
+use std::borrow::Cow;
+
 use super::RelativeCoordinates;
 use super::blocks::{Block, Blocks};
 use super::relative_coordinates::places;
 use crate::ranks::Halo;
+
+/// The place of a row that is not that of `A` and not kept.
+const FORGOTTEN: u32 = u32::MAX - 1;
 
 /// A matrix `A` in relative coordinates: `Tᵀ A T`. Without any it is `A`.
 ///
@@ -13,9 +18,46 @@ pub(crate) struct RelativeMatrix {
     /// How the nodes are divided among ranks; the rows are those of this rank.
     pub halo: Halo,
     pub relative: Option<RelativeCoordinates>,
-    /// The rows that are not those of `A`, and the place of each row among them, `u32::MAX` for the others.
+    changed: ChangedRows,
+}
+
+/// The rows that are not those of `A`, and the place of each row among them, `u32::MAX` for the others.
+#[derive(Debug, Clone)]
+struct ChangedRows {
     rows: Blocks<3, 3>,
     at: Vec<u32>,
+}
+
+impl ChangedRows {
+    fn row<'a>(&'a self, a: &'a Blocks<3, 3>, i: usize) -> (&'a [u32], &'a [Block<3, 3>]) {
+        match self.at[i] {
+            u32::MAX => a.row(i),
+            place => self.rows.row(place as usize),
+        }
+    }
+}
+
+/// All rows of a matrix, also those that it does not keep.
+pub(crate) struct AllRows<'a> {
+    a: &'a Blocks<3, 3>,
+    changed: Cow<'a, ChangedRows>,
+}
+
+impl AllRows<'_> {
+    /// Column and block of every place in row `i`.
+    pub(crate) fn entries_of(&self, i: usize) -> impl Iterator<Item = (u32, &Block<3, 3>)> {
+        let (columns, blocks) = self.changed.row(self.a, i);
+        columns.iter().copied().zip(blocks)
+    }
+
+    /// The diagonal block of row `i`; zero where none is stored.
+    pub(crate) fn diagonal(&self, i: usize) -> Block<3, 3> {
+        diagonal(self.changed.row(self.a, i), i)
+    }
+}
+
+fn diagonal((columns, blocks): (&[u32], &[Block<3, 3>]), i: usize) -> Block<3, 3> {
+    columns.binary_search(&(i as u32)).map_or([[0.0; 3]; 3], |place| blocks[place])
 }
 
 impl RelativeMatrix {
@@ -23,7 +65,7 @@ impl RelativeMatrix {
         let (changed, rows) = relative.as_ref().map(|relative| relative.changed_rows(&a)).unwrap_or_default();
         let at = places(&changed, a.rows);
         let halo = Halo::alone(a.rows);
-        RelativeMatrix { a, halo, relative, rows, at }
+        RelativeMatrix { a, halo, relative, changed: ChangedRows { rows, at } }
     }
 
     /// Of one rank: `a` has rows for its nodes, for the ghosts of `halo` and for further nodes that are here, complete at the own
@@ -35,7 +77,7 @@ impl RelativeMatrix {
         changed.truncate(changed.partition_point(|&i| (i as usize) < own));
         let rows = rows.truncated(changed.len(), here);
         let (at, a) = (places(&changed, own), a.truncated(own, here));
-        RelativeMatrix { a, halo, relative, rows, at }
+        RelativeMatrix { a, halo, relative, changed: ChangedRows { rows, at } }
     }
 
     /// `A` itself.
@@ -48,12 +90,40 @@ impl RelativeMatrix {
         self.a.rows
     }
 
-    /// Columns and blocks of row `i`.
-    pub(crate) fn row(&self, i: usize) -> (&[u32], &[Block<3, 3>]) {
-        match self.at[i] {
-            u32::MAX => self.a.row(i),
-            place => self.rows.row(place as usize),
+    /// Forgets the rows that are not those of `A`, but at these nodes: products do without them where no other rank has nodes, and
+    /// those of nodes that others are measured from are the longest.
+    pub(crate) fn keep_rows(&mut self, nodes: impl Iterator<Item = usize>) {
+        if !self.halo.is_alone() {
+            return;
         }
+        let ChangedRows { rows, at } = &self.changed;
+        let mut kept: Vec<u32> = nodes.filter(|&i| at[i] != u32::MAX).map(|i| i as u32).collect();
+        kept.sort_unstable();
+        kept.dedup();
+        let row = |t: usize| at[kept[t] as usize] as usize;
+        let named = |t: usize, name: &mut dyn FnMut(u32)| rows.row(row(t)).0.iter().for_each(|&j| name(j));
+        let rows = Blocks::from_rows(kept.len(), rows.cols, named, |t, own| {
+            rows.entries_of(row(t)).for_each(|(j, block)| *own.at(j) = *block);
+        });
+        let at = at.iter().map(|&place| if place == u32::MAX { place } else { FORGOTTEN }).collect();
+        self.changed = ChangedRows { rows, at };
+        kept.iter().enumerate().for_each(|(t, &i)| self.changed.at[i as usize] = t as u32);
+    }
+
+    /// All rows; those that were forgotten are computed.
+    pub(crate) fn all_rows(&self) -> AllRows<'_> {
+        let is_forgotten = self.changed.at.contains(&FORGOTTEN);
+        let computed = self.relative.as_ref().filter(|_| is_forgotten).map(|relative| relative.changed_rows(&self.a));
+        let changed = match computed {
+            Some((changed, rows)) => Cow::Owned(ChangedRows { rows, at: places(&changed, self.a.rows) }),
+            None => Cow::Borrowed(&self.changed),
+        };
+        AllRows { a: &self.a, changed }
+    }
+
+    /// Columns and blocks of row `i`, one that was not forgotten.
+    pub(crate) fn row(&self, i: usize) -> (&[u32], &[Block<3, 3>]) {
+        self.changed.row(&self.a, i)
     }
 
     /// Column and block of every place in row `i`.
@@ -64,8 +134,7 @@ impl RelativeMatrix {
 
     /// The diagonal block of row `i`; zero where none is stored.
     pub(crate) fn diagonal(&self, i: usize) -> Block<3, 3> {
-        let (columns, blocks) = self.row(i);
-        columns.binary_search(&(i as u32)).map_or([[0.0; 3]; 3], |place| blocks[place])
+        diagonal(self.row(i), i)
     }
 
     /// `Tᵀ A T x`, from and at the nodes of this rank.
@@ -83,9 +152,10 @@ impl RelativeMatrix {
     /// The product by rows, which takes no exchange but that of `x`.
     fn times_rows(&self, x: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mut y = self.a.times(x);
-        if self.rows.rows > 0 {
-            let changed = self.rows.times(x);
-            let places = self.at.iter().enumerate().filter(|(_, at)| **at != u32::MAX);
+        let ChangedRows { rows, at } = &self.changed;
+        if rows.rows > 0 {
+            let changed = rows.times(x);
+            let places = at.iter().enumerate().filter(|(_, at)| **at != u32::MAX);
             places.for_each(|(i, &at)| y[i] = changed[at as usize]);
         }
         y
