@@ -427,3 +427,48 @@ fn galerkin(
         },
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::relative_coordinates::tests::{chains, dot, relative, two_bodies, vector};
+    use super::super::{Hierarchy, NodeConstraint};
+    use crate::linalg::Stop;
+
+    /// What is kept of the functions of nodes alone where some constraints change is what they are when all are made anew.
+    #[test]
+    fn cycles_after_changes_of_constraints_are_those_of_the_constraints_alone() {
+        for (a, kernel, coordinates) in [two_bodies(), chains()] {
+            let relative = relative(&a, &coordinates);
+            let count = coordinates.nodes.len();
+            let stiffness = 0.01 * a.diagonal(coordinates.nodes[0] as usize)[0][0];
+            let constraint = |constrained: [bool; 3]| {
+                let spring = std::array::from_fn(|r| {
+                    std::array::from_fn(|c| if r == c && !constrained[c] { stiffness } else { 0.0 })
+                });
+                NodeConstraint { constrained, spring, coulomb: [0.0; 2] }
+            };
+            let states = [[false; 3], [true, false, false], [true; 3]];
+            let state =
+                |i: usize, step: usize| constraint(states[(i / 3 + (step + i).is_multiple_of(5) as usize * step) % 3]);
+            let multigrid = || {
+                let of = &coordinates.nodes;
+                Hierarchy::new(&relative, &kernel, of, count, None, &Stop::never()).unwrap().unwrap()
+            };
+            let mut changing = multigrid();
+            for step in 0..6 {
+                let constraints: Vec<NodeConstraint> = (0..count).map(|i| state(i, step)).collect();
+                changing.constrain(&constraints, true);
+                let mut anew = multigrid();
+                anew.constrain(&constraints, true);
+                let mut b = vector(a.rows, 0.618);
+                for (c, &v) in constraints.iter().zip(&coordinates.nodes) {
+                    (0..3).filter(|&r| c.constrained[r]).for_each(|r| b[v as usize][r] = 0.0);
+                }
+                let (x, expected) = (changing.cycle(&b), anew.cycle(&b));
+                let apart: Vec<[f64; 3]> =
+                    x.iter().zip(&expected).map(|(x, y)| std::array::from_fn(|c| x[c] - y[c])).collect();
+                assert!(dot(&apart, &apart) < 1e-10 * dot(&expected, &expected), "{step}");
+            }
+        }
+    }
+}

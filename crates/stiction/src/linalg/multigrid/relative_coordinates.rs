@@ -364,7 +364,7 @@ fn order(place: &[u32], rows: &[Entries]) -> Option<Vec<u32>> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::absolute_sweeps::AbsoluteSweeps;
     use super::super::tests::{assert_local_changes, coarsen, lattice};
     use super::super::{Hierarchy, NodeConstraint};
@@ -373,7 +373,7 @@ mod tests {
 
     /// Two lattices side by side without a spring between them, the nodes of one face of the first coupled to two nodes
     /// of the second.
-    fn two_bodies() -> (Blocks<3, 3>, Vec<[[f64; 6]; 3]>, RelativeCoordinates) {
+    pub(in super::super) fn two_bodies() -> (Blocks<3, 3>, Vec<[[f64; 6]; 3]>, RelativeCoordinates) {
         let (a, kernel) = lattice([4, 4, 4], [1.0; 3]);
         let n = a.rows;
         let named = |i: usize, name: &mut dyn FnMut(u32)| {
@@ -400,7 +400,7 @@ mod tests {
 
     /// As [`two_bodies`], every other node of the face also relative to its neighbours there, as the middles of quadratic
     /// edges are.
-    fn chains() -> (Blocks<3, 3>, Vec<[[f64; 6]; 3]>, RelativeCoordinates) {
+    pub(in super::super) fn chains() -> (Blocks<3, 3>, Vec<[[f64; 6]; 3]>, RelativeCoordinates) {
         let (a, kernel, simple) = two_bodies();
         let end = [[-0.2, 0.02, 0.0], [0.0, -0.2, 0.03], [0.01, 0.0, -0.2]];
         let row = |i: usize| {
@@ -424,7 +424,7 @@ mod tests {
         assert!(RelativeCoordinates::new((0..100).collect(), &long, 101).is_none());
     }
 
-    fn relative(a: &Blocks<3, 3>, coordinates: &RelativeCoordinates) -> RelativeMatrix {
+    pub(in super::super) fn relative(a: &Blocks<3, 3>, coordinates: &RelativeCoordinates) -> RelativeMatrix {
         RelativeMatrix::new(a.clone(), Some(coordinates.clone()))
     }
 
@@ -435,11 +435,11 @@ mod tests {
         explicit
     }
 
-    fn vector(n: usize, seed: f64) -> Vec<[f64; 3]> {
+    pub(in super::super) fn vector(n: usize, seed: f64) -> Vec<[f64; 3]> {
         (0..n).map(|i| std::array::from_fn(|c| ((i * 3 + c) as f64 * seed).fract() - 0.5)).collect()
     }
 
-    fn dot(x: &[[f64; 3]], y: &[[f64; 3]]) -> f64 {
+    pub(in super::super) fn dot(x: &[[f64; 3]], y: &[[f64; 3]]) -> f64 {
         x.iter().flatten().zip(y.iter().flatten()).map(|(x, y)| x * y).sum()
     }
 
@@ -517,44 +517,6 @@ mod tests {
             x.iter_mut().flatten().zip(z.iter().flatten()).for_each(|(x, z)| *x -= step * z);
         }
         assert!(dot(&x, &relative.times(&x)) < 1e-5 * start);
-    }
-
-    /// What is kept of the functions of nodes alone where some constraints change is what they are when all are made anew.
-    #[test]
-    fn cycles_after_changes_of_constraints_are_those_of_the_constraints_alone() {
-        for (a, kernel, coordinates) in [two_bodies(), chains()] {
-            let relative = relative(&a, &coordinates);
-            let count = coordinates.nodes.len();
-            let stiffness = 0.01 * a.diagonal(coordinates.nodes[0] as usize)[0][0];
-            let constraint = |constrained: [bool; 3]| {
-                let spring = std::array::from_fn(|r| {
-                    std::array::from_fn(|c| if r == c && !constrained[c] { stiffness } else { 0.0 })
-                });
-                NodeConstraint { constrained, spring, coulomb: [0.0; 2] }
-            };
-            let states = [[false; 3], [true, false, false], [true; 3]];
-            let state =
-                |i: usize, step: usize| constraint(states[(i / 3 + (step + i).is_multiple_of(5) as usize * step) % 3]);
-            let multigrid = || {
-                let of = &coordinates.nodes;
-                Hierarchy::new(&relative, &kernel, of, count, None, &Stop::never()).unwrap().unwrap()
-            };
-            let mut changing = multigrid();
-            for step in 0..6 {
-                let constraints: Vec<NodeConstraint> = (0..count).map(|i| state(i, step)).collect();
-                changing.constrain(&constraints, true);
-                let mut anew = multigrid();
-                anew.constrain(&constraints, true);
-                let mut b = vector(a.rows, 0.618);
-                for (c, &v) in constraints.iter().zip(&coordinates.nodes) {
-                    (0..3).filter(|&r| c.constrained[r]).for_each(|r| b[v as usize][r] = 0.0);
-                }
-                let (x, expected) = (changing.cycle(&b), anew.cycle(&b));
-                let apart: Vec<[f64; 3]> =
-                    x.iter().zip(&expected).map(|(x, y)| std::array::from_fn(|c| x[c] - y[c])).collect();
-                assert!(dot(&apart, &apart) < 1e-10 * dot(&expected, &expected), "{step}");
-            }
-        }
     }
 
     /// Nodes that slide on those they are measured from, with springs along the surface.
