@@ -239,7 +239,8 @@ slave = "on"
             assert_eq!(folder.summary("out")["contact"]["max_other_pressure"], most);
             worst = quotient.iter().fold(worst, |worst, q| worst.max((q / exact - 1.0).abs()));
         }
-        assert!(worst > 0.5, "{plate}: forces over areas are nearly uniform as well, {worst}: nothing is tested");
+        // Ten times what pressures may differ by.
+        assert!(worst > 0.1, "{plate}: forces over areas are nearly uniform as well, {worst}: nothing is tested");
     }
 }
 
