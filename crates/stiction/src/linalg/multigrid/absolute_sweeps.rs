@@ -71,6 +71,12 @@ impl AbsoluteSweeps {
         AbsoluteSweeps { nodes, followers, steps, near, held: Vec::new(), space: None }
     }
 
+    /// The next constraints make all of the matrix anew.
+    pub(super) fn forget(&mut self) {
+        self.held.clear();
+        self.space = None;
+    }
+
     /// Takes the constraints of the contact nodes. The functions change where components are constrained or released, or if
     /// `renewed` also where springs do; otherwise only the springs do.
     pub(super) fn constrain(

@@ -283,6 +283,7 @@ impl Hierarchy {
     /// The next constraints of the coarse levels are added to none: what the changes so far have left of rounding is lost.
     pub(crate) fn forget_coarse_constraints(&mut self) {
         self.truncation.held = None;
+        self.absolute.forget();
     }
 
     /// Takes all constraints from the coarse levels.
