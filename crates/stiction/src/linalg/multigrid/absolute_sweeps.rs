@@ -474,6 +474,11 @@ mod tests {
                 let apart: Vec<[f64; 3]> =
                     x.iter().zip(&expected).map(|(x, y)| std::array::from_fn(|c| x[c] - y[c])).collect();
                 assert!(dot(&apart, &apart) < 1e-10 * dot(&expected, &expected), "{step}");
+                // What a run begins with does not depend on the runs before, to the bit.
+                let mut forgetful = changing.clone();
+                forgetful.forget_coarse_constraints();
+                forgetful.constrain(&constraints, true);
+                assert_eq!(forgetful.cycle(&b), expected, "{step}");
             }
         }
     }
