@@ -72,7 +72,7 @@ pub(super) fn descend(
         let u = &state.iterate.u;
         state.iterate.conditions = problem.points().map(|(p, law)| smooth_part(law, p, u[p.node])).collect();
         let [_, coarse] = state.coarse_levels_change(problem);
-        state.constrain(hierarchy, halo.any(coarse));
+        state.constrain(hierarchy, halo.any(coarse), true);
         let mut v = hierarchy.cycle(&residual(problem, &state.iterate));
         go_along(problem, &mut state.iterate, &mut v);
         state.cycles += 1;

@@ -131,10 +131,10 @@ const LEAST_TARGET: f64 = 1e-6;
 /// is; without it floating bodies with wide gaps start from their rigid equilibrium, and from there, as problems with overlaps or without
 /// floating bodies from zero, from the solution in the space of the second coarse level.
 ///
-/// If the active sets cycle, further stages follow ([`Status::Stalled`](crate::friction::Status::Stalled) if all fail):
-/// springs in place of contact find the sets of bodies that are held, floating bodies are balanced as rigid ones before each
-/// cycle, then Coulomb friction is solved by the fixed point on the
-/// slip bounds, where a monotone descent minimises the energy of each problem with given friction.
+/// Floating bodies are balanced as rigid ones before each cycle as long as the residual is large. If the active sets cycle, further stages
+/// follow ([`Status::Stalled`](crate::friction::Status::Stalled) if all fail): springs in place of contact find the sets of bodies
+/// that are held, then Coulomb friction is solved by the fixed point on the slip bounds, where a monotone descent minimises the energy of
+/// each problem with given friction.
 ///
 /// `Solved` is only reported if the certificate passes; a residual that was small enough but did not certify is reduced
 /// further.
@@ -174,13 +174,11 @@ pub fn solve_multigrid(
         observer(&progress)
     };
     let (mut state, mut end, mut target) = (State::default(), End::Stalled, settings.tolerance);
-    let (mut floating, mut certified, mut best) = (None, None, None);
+    let floating = FloatingBodies::new(problem, transformed);
+    let (mut certified, mut best) = (None, None);
     for stage in &STAGES {
         if !(stage.entry)(end, &traits) {
             continue;
-        }
-        if stage.balances_floating_bodies && floating.is_none() {
-            floating = FloatingBodies::new(problem, transformed);
         }
         state = begin.clone().after(&state);
         let subproblem = Subproblem {
@@ -189,7 +187,7 @@ pub fn solve_multigrid(
             tolerance: target,
             max_cycles: (stage.budget)(state.cycles, &traits),
             max_resets: (stage.max_resets)(&traits),
-            floating: floating.as_ref().filter(|_| stage.balances_floating_bodies),
+            floating: floating.as_ref(),
             tightening: None,
         };
         loop {

@@ -63,7 +63,7 @@ pub(super) fn by_springs(
         }
         let constraints: Vec<NodeConstraint> = state.iterate.conditions.iter().map(|c| c.constraint).collect();
         // Springs are soft beside the parameter of the law, by which `constrain` decides whether coarse levels change.
-        hierarchy.constrain(&constraints, true);
+        hierarchy.constrain(&constraints, true, true);
         let p = hierarchy.cycle(&r);
         let kp = problem.transformed.k.times(&p);
         directions.insert(0, Direction { p, kp, shortening: Vec::new() });

@@ -221,7 +221,7 @@ pub(crate) fn tighten_by_multigrid(
         laws: &laws,
         tolerance: ACCURACY * settings.tolerance,
         max_cycles: (first.budget)(0, &traits),
-        max_resets: (first.max_resets)(&traits),
+        max_resets: 0,
         floating: None,
         tightening: Some(&tightening),
     };

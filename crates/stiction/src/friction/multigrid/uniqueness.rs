@@ -75,7 +75,7 @@ impl Linear<'_> {
     /// Nothing moves, under these conditions.
     fn at_rest(&mut self, conditions: Vec<ContactCondition>) -> Iterate {
         let constraints: Vec<NodeConstraint> = conditions.iter().map(|c| c.constraint).collect();
-        self.hierarchy.constrain(&constraints, true);
+        self.hierarchy.constrain(&constraints, true, true);
         let zero = vec![[0.0; 3]; self.transformed.f.len()];
         Iterate { u: zero.clone(), ku: zero, conditions, ..Iterate::default() }
     }

@@ -71,7 +71,7 @@ impl AbsoluteSweeps {
         AbsoluteSweeps { nodes, followers, steps, near, held: Vec::new(), space: None }
     }
 
-    /// The next constraints make all of the matrix anew.
+    /// There are no sweeps until the next constraints, which make all of the matrix anew.
     pub(super) fn forget(&mut self) {
         self.held.clear();
         self.space = None;
@@ -463,9 +463,9 @@ mod tests {
             let mut changing = multigrid();
             for step in 0..6 {
                 let constraints: Vec<NodeConstraint> = (0..count).map(|i| state(i, step)).collect();
-                changing.constrain(&constraints, true);
+                changing.constrain(&constraints, true, true);
                 let mut anew = multigrid();
-                anew.constrain(&constraints, true);
+                anew.constrain(&constraints, true, true);
                 let mut b = vector(a.rows, 0.618);
                 for (c, &v) in constraints.iter().zip(&coordinates.nodes) {
                     (0..3).filter(|&r| c.constrained[r]).for_each(|r| b[v as usize][r] = 0.0);
@@ -477,7 +477,7 @@ mod tests {
                 // What a run begins with does not depend on the runs before, to the bit.
                 let mut forgetful = changing.clone();
                 forgetful.forget_coarse_constraints();
-                forgetful.constrain(&constraints, true);
+                forgetful.constrain(&constraints, true, true);
                 assert_eq!(forgetful.cycle(&b), expected, "{step}");
             }
         }

@@ -502,7 +502,7 @@ pub(super) mod tests {
             Hierarchy::new(&relative, kernel, &coordinates.nodes, coordinates.nodes.len(), None, &Stop::never())
                 .unwrap()
                 .unwrap();
-        multigrid.constrain(&constraints_of(&|_| [true; 3]), true);
+        multigrid.constrain(&constraints_of(&|_| [true; 3]), true, true);
         let zero_constrained = |x: &mut Vec<[f64; 3]>| coordinates.nodes.iter().for_each(|&v| x[v as usize] = [0.0; 3]);
         // Steepest descent with the cycle contracts the error; constrained nodes do not move.
         let mut x = vector(a.rows, 0.618);
@@ -542,7 +542,7 @@ pub(super) mod tests {
                 Hierarchy::new(&relative, &kernel, &coordinates.nodes, coordinates.nodes.len(), None, &Stop::never())
                     .unwrap()
                     .unwrap();
-            multigrid.constrain(&vec![constraint; count], true);
+            multigrid.constrain(&vec![constraint; count], true, true);
             let [mut p, mut q] = [0.618, 0.414].map(|seed| vector(a.rows, seed));
             zero_constrained(&mut p);
             zero_constrained(&mut q);

@@ -256,8 +256,8 @@ fn column<'a, const C: usize>(
 
 impl Hierarchy {
     /// Constrains the contact nodes, one constraint each in their order; further nodes are free. The finest level changes at once, the coarse levels
-    /// only if `coarse` is true.
-    pub(crate) fn constrain(&mut self, constraints: &[NodeConstraint], coarse: bool) {
+    /// only if `coarse` is true. Nodes that others are measured from are swept `alone` as well, or these sweeps rest.
+    pub(crate) fn constrain(&mut self, constraints: &[NodeConstraint], coarse: bool, alone: bool) {
         let Truncation { nodes, diagonal, .. } = &self.truncation;
         for ((constraint, &v), block) in constraints.iter().zip(nodes).zip(diagonal) {
             let mut diagonal = *block;
@@ -271,7 +271,11 @@ impl Hierarchy {
         self.constrained.clear();
         let some = constraints.iter().enumerate().filter(|(_, c)| c.constrained != [false; 3]);
         self.constrained.extend(some.map(|(place, c)| (place as u32, c.constrained)));
-        self.absolute.constrain(constraints, &nodes[..constraints.len()], &self.fine.matrix, coarse);
+        if alone {
+            self.absolute.constrain(constraints, &nodes[..constraints.len()], &self.fine.matrix, coarse);
+        } else {
+            self.absolute.forget();
+        }
         if coarse {
             let mut constraints = constraints.to_vec();
             constraints.resize(nodes.len(), NodeConstraint::default());
