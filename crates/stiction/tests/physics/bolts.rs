@@ -117,11 +117,33 @@ fn bolt_and_clamped_parts_share_a_pull_until_they_part() {
     }
 }
 
-/// Without anything under its head a bolt finds nothing to press: the run says so and what to do.
+/// A jump across any section gives the same state: cut through the nodes of a bearing face too, head, plates and nut carry the force of
+/// the bolt. Beyond these faces nothing can take a force, which is refused.
+#[test]
+fn a_bolt_may_be_cut_anywhere_between_its_bearing_faces() {
+    let cut_at = |z: f64| format!("{{ on = 'bolt', axis = [0, 0, 1], point = [0, 0, {z}], force = 3000 }}");
+    let middle = joint(&[("bolt.0", &cut_at(0.0))]).0;
+    for z in [-7.5, -6.9, -4.0, 4.0, 6.9, 7.5] {
+        let outcome = joint(&[("bolt.0", &cut_at(z))]).0;
+        let (found, expected) = (course(&outcome)[0], course(&middle)[0]);
+        assert!((found[1] / expected[1] - 1.0).abs() < 1e-6, "cut at {z}: {found:?} {expected:?}");
+        let carried = outcome.steps[0].answer.contact.normal_force / 3.0;
+        assert!((carried / 3000.0 - 1.0).abs() < 1e-6, "cut at {z}: {carried}");
+    }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/pretension/pretension.toml");
+    for z in [-12.0, 12.0] {
+        let case = case::read(&path, &[("bolt.0".into(), cut_at(z))]).unwrap();
+        let error = prepare(&case).err().unwrap().to_string();
+        assert!(error.contains("nothing can take it on one side of its cut"), "{error}");
+    }
+}
+
+/// With nothing near its head a bolt finds nothing to press: the run says so and what to do.
 #[test]
 fn a_bolt_with_nothing_between_its_parts_is_told() {
     let text = block([2.0, 2.0, 8.0], [2, 2, 4], "element = \"hex8\"")
         + "[materials.steel]\nyoung = 200e3\npoisson = 0.3\n[[fix]]\non = \"z-min\"\n\
+           [[contact]]\non = \"z-max\"\nagainst = { plane = { point = [0, 0, 1e3], normal = [0, 0, -1] } }\nfriction = 0\n\
            [[bolt]]\non = \"body\"\naxis = [0, 0, 1]\nforce = 100\n";
     let case = case::parse(&text, "case.toml", &[]).unwrap();
     let mut prepared = prepare(&case).unwrap();

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::cut_sides::{pressed_at, refuse_loose, whole_sides};
 use super::facts::BoltFacts;
 use super::load_state::{LoadState, Loading};
 use super::{Prepared, place, regions};
@@ -75,6 +76,8 @@ pub(crate) fn bolts(solid: &Solid, dofs: &DofMap, case: &Case, t: f64) -> Result
     let mut taken: HashMap<u32, String> = HashMap::new();
     for spec in &case.bolts {
         let (cells, nodes, axis) = find(solid.mesh, spec)?;
+        let pressed = pressed_at(solid.mesh, case, &nodes, axis);
+        let (cells, along) = whole_sides(solid.mesh, spec, (cells, &nodes, axis), &pressed)?;
         refuse_held(solid.mesh, dofs, spec, &nodes, axis)?;
         for &cell in &cells {
             if let Some(other) = taken.insert(cell, spec.name.clone()) {
@@ -82,9 +85,10 @@ pub(crate) fn bolts(solid: &Solid, dofs: &DofMap, case: &Case, t: f64) -> Result
                 return Err(spec.spot.error(what, "let each bolt have cells of its own, and name it once"));
             }
         }
-        let cut = cut(solid, cells, nodes, axis).map_err(|error| place::at(&spec.spot, error))?;
+        let cut = cut(solid, cells, nodes, along).map_err(|error| place::at(&spec.spot, error))?;
         let (name, by, lock, spot) = (spec.name.clone(), spec.by.clone(), spec.lock, spec.spot.clone());
         let bolt = Bolt { name, cut, by, lock, spot };
+        refuse_loose(solid.mesh, case, dofs, &bolt)?;
         let by = if bolt.is_by_force() { "force" } else { "shortening" };
         let (name, nodes, cells) = (bolt.name.clone(), bolt.cut.nodes.len(), bolt.cut.cells.len());
         facts.push(BoltFacts { name, axis, nodes, cells, by, value: bolt.value(t)? });

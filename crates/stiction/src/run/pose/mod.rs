@@ -8,6 +8,7 @@ mod coarser;
 pub(super) mod coefficients;
 mod counts;
 pub(super) mod couplings;
+pub(super) mod cut_sides;
 mod cyclic;
 mod facts;
 pub(super) mod frames;

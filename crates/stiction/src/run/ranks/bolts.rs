@@ -10,9 +10,10 @@ use crate::mesh::MeshPiece;
 use crate::ranks::{max, put, sum, take};
 use crate::run::pose::BoltFacts;
 use crate::run::pose::bolts::{Bolt, Target, bolts};
+use crate::run::pose::cut_sides::sides;
 use crate::run::pose::loads::end;
 use crate::run::solve::BoltState;
-use crate::run::solve::clearance::{Loose, rigid_mode, sides};
+use crate::run::solve::clearance::{Loose, rigid_mode};
 use crate::run::solve::stretch::{along_axis, stretch};
 
 /// A bolt of the whole mesh, or what of it is on a piece, whose numbers it has then.

@@ -7,9 +7,9 @@
 use crate::fem::{Cut, DofMap};
 use crate::friction::rigid_equilibrium;
 use crate::linalg::{SymmetricCsr, axpy};
-use crate::mesh::Mesh;
 use crate::run::pose::Prepared;
 use crate::run::pose::bolts::{Bolt, Target};
+use crate::run::pose::cut_sides::sides;
 
 /// Forces at a cut that are left of a motion, over those of the shortening itself, below which it strains nothing.
 const NO_STRAIN: f64 = 1e-8;
@@ -99,45 +99,6 @@ pub(crate) fn rigid_mode(
         (left <= allowed).then_some(motion)
     };
     moving(beyond, -1.0).or_else(|| moving(before, 1.0))
-}
-
-/// Nodes on the side of the cut its axis comes from, those of the cut included, and on the other.
-pub(crate) fn sides(mesh: &Mesh, bolt: &Bolt) -> [Vec<bool>; 2] {
-    let at_cut = |node: u32| bolt.cut.nodes.binary_search(&node).is_ok();
-    let mut beyond = reached(mesh, &bolt.cut.cells, &at_cut);
-    let mut before = reached(mesh, &cells_before(mesh, bolt), &at_cut);
-    for &node in &bolt.cut.nodes {
-        (beyond[node as usize], before[node as usize]) = (false, true);
-    }
-    [before, beyond]
-}
-
-/// Cells at the cut on the side its axis comes from.
-fn cells_before(mesh: &Mesh, bolt: &Bolt) -> Vec<u32> {
-    let touches = |nodes: &[u32]| nodes.iter().any(|node| bolt.cut.nodes.binary_search(node).is_ok());
-    let all = (0u32..).zip(mesh.cell_iter()).filter(|(_, (_, nodes))| touches(nodes)).map(|(cell, _)| cell);
-    all.filter(|cell| bolt.cut.cells.binary_search(cell).is_err()).collect()
-}
-
-/// Nodes reached from cells through others without crossing the nodes of the cut.
-fn reached(mesh: &Mesh, from: &[u32], at_cut: &dyn Fn(u32) -> bool) -> Vec<bool> {
-    let mut reached = vec![false; mesh.nodes.len()];
-    mesh.cell_nodes(from).iter().filter(|&&node| !at_cut(node)).for_each(|&node| reached[node as usize] = true);
-    // A sweep in either direction passes through a part whose cells are numbered along it.
-    let count = mesh.cell_count();
-    let mut grows = true;
-    while grows {
-        grows = false;
-        for cell in (0..count).chain((0..count).rev()) {
-            let nodes = mesh.cell(cell).1;
-            if nodes.iter().any(|&node| reached[node as usize]) {
-                for &node in nodes.iter().filter(|&&node| !at_cut(node)) {
-                    grows |= !std::mem::replace(&mut reached[node as usize], true);
-                }
-            }
-        }
-    }
-    reached
 }
 
 /// Adds to the shortening each bolt is searched from what its parts approach each other by before they bear its force;

@@ -1,13 +1,13 @@
 //! Bolts whose force is given, for a solver that finds their shortenings itself: what a unit of shortening does, and how
 //! a bolt takes it up along its free length.
 
-use super::clearance::sides;
 use crate::fem::full_displacement;
 use crate::friction::SoughtForce;
 use crate::mesh::Mesh;
 use crate::mesh::v3::{dot, mean, sub};
 use crate::run::pose::Prepared;
 use crate::run::pose::bolts::Bolt;
+use crate::run::pose::cut_sides::sides;
 
 /// The forces (`wanted`: number of the bolt, newton) beyond what the shortenings that act now give.
 pub(crate) fn sought_forces(prepared: &Prepared, wanted: &[(usize, f64)]) -> Vec<SoughtForce> {
