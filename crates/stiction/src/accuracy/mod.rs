@@ -69,7 +69,7 @@ impl Estimate {
     }
 
     /// The squared norm that errors are compared with; zero where all stress is rounding.
-    fn whole2(&self) -> f64 {
+    pub(crate) fn whole2(&self) -> f64 {
         let whole = self.norm2 + self.error2();
         if whole <= ROUNDING * ROUNDING * self.suppressed2 { 0.0 } else { whole }
     }

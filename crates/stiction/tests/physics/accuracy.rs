@@ -296,6 +296,30 @@ fn two_bodies_are_both_refined_and_keep_their_roles() {
     assert!(outcome.solution.certificate.passed);
 }
 
+/// A block that is lifted off again at the end needs no other meshes than one that is not: no cell of it is strained then.
+#[test]
+fn a_body_that_is_lifted_off_at_the_end_needs_no_finer_mesh() {
+    let text = |lift: &str| {
+        format!(
+            "[mesh]\nblock = {{ size = [10, 10, 5], cells = [3, 3, 2], element = \"tet10\" }}\n\
+             [materials.soft]\nyoung = 1000\npoisson = 0.3\n\
+             [[fix]]\non = \"z-max\"\nvalue = [\"0.1*min(max(t - 1, 0), 1)\", 0, \"-0.05*min(t, 1) + 0.06*max(t - 2, 0)\"]\n\
+             [[contact]]\non = \"z-min\"\nagainst = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\n\
+             friction = {{ coulomb = 0.3 }}\n\
+             [[step]]\nname = \"press\"\nuntil = 1\n[[step]]\nname = \"drag\"\nuntil = 2\nincrements = 2\n{lift}"
+        )
+    };
+    let goals = "energy = 0.2\nmax_unknowns = 30000";
+    let (_, _, stays) = refined(&text(""), goals);
+    let (_, outcome, lifted) = refined(&text("[[step]]\nname = \"lift\"\nuntil = 3\n"), goals);
+    assert!(outcome.steps.last().unwrap().answer.contact.normal_force == 0.0 && lifted.reached, "{lifted:?}");
+    assert_eq!(stays.levels.len(), lifted.levels.len());
+    for (stays, lifted) in stays.levels.iter().zip(&lifted.levels) {
+        assert_eq!(stays.unknowns, lifted.unknowns);
+        assert!((lifted.error / stays.error - 1.0).abs() < 1e-6, "{lifted:?} {stays:?}");
+    }
+}
+
 #[test]
 fn what_cannot_be_reached_ends_early_and_says_what_it_takes() {
     let (prepared, outcome, record) = refined(&brick(), "energy = 0.002\nmax_unknowns = 9000");

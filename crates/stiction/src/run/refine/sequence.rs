@@ -57,15 +57,25 @@ pub struct Indicators {
     /// Squared energy norm of the estimated error of each cell, and at contact surfaces what the laws miss between its nodes;
     /// energy.
     pub cells: Vec<f64>,
-    /// Estimated error in the energy norm, relative.
+    /// Estimated error in the energy norm, relative: the largest of the steps, each over its own norm or [`UNLOADED`] of the largest.
     pub error: f64,
+    /// The square of the error of each step so far, and of the norm it is compared with, energy.
+    pub steps: Vec<[f64; 2]>,
 }
+
+/// Of the largest energy norm of the load steps: a step with less than this part is compared with this part, because what is left of stress in
+/// a body that is lifted off again is mostly rounding, whose relative error no mesh makes smaller.
+const UNLOADED: f64 = 0.1;
 
 impl Indicators {
     /// Takes the larger of what is known and the errors of `outcome`, an answer on the same mesh.
     pub fn add(&mut self, prepared: &Prepared, outcome: &Outcome) {
         let Some(estimate) = &outcome.estimate else { return };
-        self.error = self.error.max(estimate.relative());
+        self.steps.push([estimate.error2(), estimate.whole2()]);
+        let largest = self.steps.iter().fold(0.0, |most: f64, step| most.max(step[1]));
+        let relative = |[error, whole]: &[f64; 2]| error / whole.max(UNLOADED * UNLOADED * largest);
+        let loaded = self.steps.iter().filter(|step| step[1] > 0.0);
+        self.error = loaded.map(relative).fold(0.0, f64::max).sqrt();
         let mut cells = estimate.cells.clone();
         contact_terms(prepared, outcome).into_iter().for_each(|(cell, missed)| cells[cell as usize] += missed);
         self.cells.resize(cells.len(), 0.0);

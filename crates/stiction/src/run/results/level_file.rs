@@ -92,7 +92,8 @@ fn read(arrays: &Arrays) -> Result<(String, Sequence), Error> {
         values if values.iter().all(|value| value.is_finite()) => Ok(values.to_vec()),
         _ => Err(damaged(format!("array \"{name}\" holds what is no number"))),
     };
-    sequence.indicators = Indicators { cells: finite("cell_error")?, error: scalar(arrays, "error")? };
+    sequence.indicators =
+        Indicators { cells: finite("cell_error")?, error: scalar(arrays, "error")?, ..Indicators::default() };
     sequence.displacement = finite("displacement")?;
     Ok((text(arrays, "problem")?.to_string(), sequence))
 }
