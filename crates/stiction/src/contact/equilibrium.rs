@@ -49,7 +49,7 @@ pub fn unresisted(problem: &ContactProblem, motions: &RigidMotions) -> Option<Sl
     let mut caused = vec![0.0; load.len()];
     free.iter().for_each(|v| axpy(dot(v, &load) / dot(v, v), v, &mut caused));
     let pushed = dot(&caused, &load) > BALANCED * norm(&load) * norm(&caused);
-    Some(slide(if pushed { caused } else { first }, &load))
+    Some(if pushed { slide(caused, &load) } else { Slide { work: 0.0, ..slide(first, &load) } })
 }
 
 fn slide(alpha: Vec<f64>, load: &[f64]) -> Slide {

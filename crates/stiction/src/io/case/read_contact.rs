@@ -144,6 +144,11 @@ const OF_SURFACE: [&str; 5] = ["scale", "turn", "move", "side", "feature_angle"]
 
 fn surface_file(table: &View, folder: &Path) -> Result<Option<SurfaceFile>, Error> {
     let Some(against) = table.table("against") else { return Ok(None) };
+    let round = ["sphere", "cylinder"].into_iter().find(|name| against.given(name).is_some());
+    if let (Some(round), true) = (round, against.given("side").is_some()) {
+        let remedy = format!("move it there, as in {round} = {{ radius = 20, .., side = \"inside\" }}");
+        return Err(against.error("side", format!("`side` belongs inside the braces of `{round}`"), remedy));
+    }
     if against.given("surface").is_none() {
         let why = "is for an obstacle from a file, but `against` has no `surface`";
         return against.refuse(&OF_SURFACE, why, ", or give surface = \"die.stl\"").map(|()| None);

@@ -37,7 +37,11 @@ impl<'a> Reader<'a> {
         }
         let number = self.steps.len() + 1;
         let name = card.keyword.get("NAME").filter(|name| !name.is_empty());
-        let name = name.map_or(format!("step {number}"), str::to_string);
+        let mut name = name.map_or(format!("step {number}"), str::to_string);
+        // A deck may repeat names, to which nothing in it refers.
+        while self.steps.iter().any(|step| step.name == name) {
+            name += &format!(" ({number})");
+        }
         let course = match card.keyword.get("AMPLITUDE").map(str::to_uppercase).as_deref() {
             None | Some("RAMP") => Course::Ramp,
             Some("STEP") => Course::Instant,

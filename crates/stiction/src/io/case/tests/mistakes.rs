@@ -142,6 +142,11 @@ fn steps_and_motions_are_held_to_the_time_axis() {
     with("[[step]]", "17:1", &["this [[step]] has no `until`", "add until = 1"]);
     with("[[step]]\nuntil = 0", "18:9", &["`until` is", "greater than 0"]);
     with("[[step]]\nuntil = 1\n[[step]]\nuntil = 1", "20:9", &["begins at t = 1", "no duration"]);
+    with(
+        "[[step]]\nname = \"a\"\nuntil = 1\n[[step]]\nname = \"a\"\nuntil = 2",
+        "21:8",
+        &["two steps are called \"a\""],
+    );
     with("[[step]]\nuntil = 1\nincrements = 0", "19:14", &["from 1 to 100000"]);
     with("[[step]]\nuntil = 1\nincrement = 2", "19:1", &["did you mean `increments`?"]);
     let plane = "plane = { point = [0, 0, 0], normal = [0, 0, 1] }";
@@ -331,6 +336,8 @@ fn keys_of_a_surface_belong_to_a_surface() {
     let plane = "plane = { point = [0, 0, 0], normal = [0, 0, 1] }";
     fails(plane, &format!("{plane}, scale = 2"), "15:72", &["`scale` is for an obstacle from a file", "surface ="]);
     fails(plane, &format!("{plane}, surface = \"a.stl\""), "15:64", &["both `plane` and `surface`"]);
+    let round = "cylinder = { point = [0, 0, 0], axis = [0, 0, 1], radius = 2 }";
+    fails(plane, &format!("{round}, side = \"inside\""), "15:83", &["inside the braces of `cylinder`", "side ="]);
     fails(plane, "surface = \"a.stl\", feature_angle = 200", "15:48", &["at most 180"]);
     fails(plane, "surface = \"a.stl\", side = \"within\"", "15:39", &["inside", "outside"]);
 }
