@@ -451,6 +451,13 @@ impl<'a> Check<'a> {
             }
             let named = mesh.face_nodes(&surface.faces);
             let small = SMALL_MOTION * face_size(mesh, &surface.faces);
+            // Where the interface yields the body sinks into the obstacle, with its sides beside the contact.
+            let depth_of = |&node: &u32| {
+                let way = sub(now.u[node as usize], now.obstacles[i]);
+                got_in(obstacle, mesh.nodes[node as usize], way, true, self.rounding).unwrap_or(0.0)
+            };
+            let yields = surface.stiffness.is_some();
+            let sunk = if yields { self.held[i].iter().map(depth_of).fold(0.0, f64::max) } else { 0.0 };
             let of_node = |node: u32| {
                 if !is_outer[node as usize] {
                     return None;
@@ -458,10 +465,10 @@ impl<'a> Check<'a> {
                 let way = sub(now.u[node as usize], now.obstacles[i]);
                 let is_named = named.binary_search(&node).is_ok();
                 let is_held = self.held[i].binary_search(&node).is_ok();
-                if is_held && surface.stiffness.is_some() {
+                if is_held && yields {
                     return None;
                 }
-                let allowed = self.rounding + if is_named { small } else { 0.0 };
+                let allowed = self.rounding + if is_named { small } else { sunk };
                 if norm(way) <= allowed {
                     return None;
                 }

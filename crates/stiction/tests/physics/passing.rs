@@ -132,6 +132,27 @@ fn a_body_gets_into_an_obstacle_only_where_its_surface_is_not_named() {
     assert!(report.contains("deep in the obstacle of contact \"a.x-max\""), "{report}");
 }
 
+/// On a layer that yields by 0.5 a block sinks with its sides, which is no overlap; what lies deeper beside it is one.
+#[test]
+fn a_body_sinks_into_a_layer_with_its_sides() {
+    let sunk = |more: &str| {
+        let text = format!(
+            "[mesh.parts.b]\nblock = {{ size = [10, 10, 10], cells = [3, 3, 3], element = \"hex8\" }}\n{more}\
+             [materials.s]\nyoung = 1000\npoisson = 0.3\n\
+             [[fix]]\non = [\"b.x-min\", \"b.y-min\"]\ncomponents = \"xy\"\n\
+             [[load]]\non = \"b.z-max\"\ntraction = [0, 0, -1]\n\
+             [[contact]]\non = \"b.z-min\"\nagainst = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\n\
+             friction = \"none\"\nstiffness = {{ normal = 2 }}\n"
+        );
+        solved(&case::parse(&text, "layer", &[]).unwrap()).1
+    };
+    assert!(sunk("").overlaps.is_empty());
+    let leg = "[mesh.parts.leg]\nblock = { size = [4, 4, 4], cells = [1, 1, 1], element = \"hex8\", origin = [20, 0, 0.2] }\n\
+               [[fix]]\non = \"leg.z-max\"\nvalue = [0, 0, -2]\n";
+    let overlap = the_only(&sunk(leg));
+    assert!(overlap.kind == OverlapKind::Unnamed && (overlap.depth - 1.8).abs() < 1e-9, "{overlap:?}");
+}
+
 /// Overlaps of a mesh without contact whose nodes move as `to` says.
 fn of(mesh: &Mesh, to: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> Vec<Overlap> {
     let (surfaces, facts): (Vec<ContactSurface>, Vec<&SurfaceFacts>) = Default::default();
