@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::cut_sides::{pressed_at, refuse_loose, whole_sides};
+use super::cut_sides::{holds_along, pressed_at, refuse_loose, whole_sides};
 use super::facts::BoltFacts;
 use super::load_state::{LoadState, Loading};
 use super::{Prepared, place, regions};
@@ -97,14 +97,10 @@ pub(crate) fn bolts(solid: &Solid, dofs: &DofMap, case: &Case, t: f64) -> Result
     Ok((bolts, facts))
 }
 
-/// Of the cosine between two directions.
-const ROUNDING: f64 = 1e-9;
-
 /// A support at the cut would act on one of its sides only.
 fn refuse_held(mesh: &Mesh, dofs: &DofMap, spec: &BoltSpec, nodes: &[u32], axis: V3) -> Result<(), Error> {
-    let along = |dof: u32| dot(axis, dofs.direction(dof)).abs() > ROUNDING;
-    let held =
-        |node: &&u32| (3 * **node..3 * **node + 3).any(|dof| along(dof) && dofs.prescribed.binary_search(&dof).is_ok());
+    let is_held = |dof: u32| holds_along(dofs, dof, axis) && dofs.prescribed.binary_search(&dof).is_ok();
+    let held = |node: &&u32| (3 * **node..3 * **node + 3).any(is_held);
     let Some(&node) = nodes.iter().find(held) else { return Ok(()) };
     let at = mesh.nodes[node as usize];
     let what =

@@ -103,6 +103,14 @@ pub(super) fn whole_sides(
         .error(what, "cut the shank further from its ends: give another `point`, or refine the mesh between them"))
 }
 
+/// Of the cosine between two directions.
+const ROUNDING: f64 = 1e-9;
+
+/// Whether a held degree of freedom resists a motion along the axis.
+pub(super) fn holds_along(dofs: &DofMap, dof: u32, axis: V3) -> bool {
+    dot(axis, dofs.direction(dof)).abs() > ROUNDING
+}
+
 /// Refuses a force through a cut beyond which nothing can take it: no contact, no support and no load.
 pub(super) fn refuse_loose(mesh: &Mesh, case: &Case, dofs: &DofMap, bolt: &Bolt) -> Result<(), Error> {
     let others = !case.couplings.is_empty() || !case.equations.is_empty() || !case.springs.is_empty();
@@ -111,7 +119,8 @@ pub(super) fn refuse_loose(mesh: &Mesh, case: &Case, dofs: &DofMap, bolt: &Bolt)
     }
     let mut taken = vec![false; mesh.nodes.len()];
     let faces: Vec<u32> = contact_faces(mesh, case).collect();
-    let held = dofs.prescribed.iter().map(|dof| dof / 3);
+    // A plane of symmetry along the bolt takes nothing of its force.
+    let held = dofs.prescribed.iter().filter(|&&dof| holds_along(dofs, dof, bolt.cut.axis)).map(|dof| dof / 3);
     mesh.face_nodes(&faces).into_iter().chain(held).for_each(|node| taken[node as usize] = true);
     for load in &case.loads {
         let Some(region) = &load.on else { return Ok(()) };

@@ -337,7 +337,7 @@ fn keys_of_a_surface_belong_to_a_surface() {
     fails(plane, &format!("{plane}, scale = 2"), "15:72", &["`scale` is for an obstacle from a file", "surface ="]);
     fails(plane, &format!("{plane}, surface = \"a.stl\""), "15:64", &["both `plane` and `surface`"]);
     let round = "cylinder = { point = [0, 0, 0], axis = [0, 0, 1], radius = 2 }";
-    fails(plane, &format!("{round}, side = \"inside\""), "15:83", &["inside the braces of `cylinder`", "side ="]);
+    fails(plane, &format!("{round}, side = \"inside\""), "15:84", &["inside the braces of `cylinder`", "side ="]);
     fails(plane, "surface = \"a.stl\", feature_angle = 200", "15:48", &["at most 180"]);
     fails(plane, "surface = \"a.stl\", side = \"within\"", "15:39", &["inside", "outside"]);
 }
