@@ -57,7 +57,7 @@ pub struct Indicators {
     /// Squared energy norm of the estimated error of each cell, and at contact surfaces what the laws miss between its nodes;
     /// energy.
     pub cells: Vec<f64>,
-    /// Estimated error in the energy norm, relative: the largest of the steps, each over its own norm or [`UNLOADED`] of the largest.
+    /// Estimated error in the energy norm, relative: the largest of the steps, each over its own norm or a tenth of the largest.
     pub error: f64,
     /// The square of the error of each step so far, and of the norm it is compared with, energy.
     pub steps: Vec<[f64; 2]>,
