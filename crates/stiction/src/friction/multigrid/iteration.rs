@@ -5,6 +5,7 @@ use super::directions::{Direction, MOST_DIRECTIONS, Vector, dot, minimise, norm}
 use super::floating::FloatingBodies;
 use super::monitor::{Monitor, Verdict};
 use super::points::Point;
+use super::shortened::shorten;
 use super::tightening::{Tightening, share};
 use super::transform::Transformed;
 use crate::friction::{End, PointState};
@@ -123,7 +124,7 @@ pub(super) type Observe<'a> = dyn FnMut(usize, f64, [usize; 3]) -> ControlFlow<(
 /// Every cycle the contact conditions are those of the present iterate: constrained components take their target values and
 /// are truncated from the hierarchy (Graeser & Kornhuber 2009), slipping points add the stiffness of their friction, and the
 /// radius of friction is the augmented normal force (Alart & Curnier 1991). One multigrid cycle gives a direction, and the
-/// energy is minimised over it and the last two or three. Keeping directions across changes of the active sets is what
+/// energy is minimised over it and the last two or three; far from the solution a part of that step is taken (`shortened.rs`). Keeping directions across changes of the active sets is what
 /// makes the cost that of one linear solve: restarting conjugate gradients for each set costs two to four times as much.
 pub(super) fn run(
     problem: &Subproblem<'_>,
@@ -193,7 +194,11 @@ pub(super) fn run(
             state.directions.insert(0, direction);
             let points = &problem.transformed.points;
             let halo = problem.transformed.halo();
+            let from = state.monitor.is_far().then(|| state.iterate.clone());
             minimise(halo, &mut state.directions, &r, points, problem.tightening, &mut state.iterate);
+            if let Some(from) = from {
+                shorten(problem, &from, &state.directions[0], &mut state.iterate);
+            }
             state.directions.truncate(if coupled { MOST_DIRECTIONS - 1 } else { Threshold::KEPT_FAR });
             state.cycles += 1;
         }
@@ -415,10 +420,15 @@ pub(super) fn residual(problem: &Subproblem<'_>, at: &Iterate) -> Vector {
 
 /// Takes the contact conditions of the law at the iterate; returns the violation there.
 pub(super) fn judge(problem: &Subproblem<'_>, at: &mut Iterate) -> f64 {
-    at.conditions = (problem.points())
-        .map(|(p, law)| contact_condition(law, p, at.force(problem.transformed, p.node), at.u[p.node]))
-        .collect();
+    at.conditions = judged(problem, at);
     violation(problem, at)
+}
+
+/// The contact conditions of the law at the iterate.
+pub(super) fn judged(problem: &Subproblem<'_>, at: &Iterate) -> Vec<ContactCondition> {
+    let of_point =
+        |(p, law): (&Point, &PointLaw)| contact_condition(law, p, at.force(problem.transformed, p.node), at.u[p.node]);
+    problem.points().map(of_point).collect()
 }
 
 /// Points in each state on this rank: open, stick, slip.
@@ -436,14 +446,14 @@ fn violation(problem: &Subproblem<'_>, at: &Iterate) -> f64 {
 }
 
 /// The first of these squares over the larger of the load and the contact forces.
-fn over_load(squares: [f64; 3]) -> f64 {
+pub(super) fn over_load(squares: [f64; 3]) -> f64 {
     let [left, load, contact] = squares.map(f64::sqrt);
     let scale = load.max(contact);
     if scale > 0.0 { left / scale } else { left }
 }
 
 /// The squares of the violation, of the load and of the contact forces on this rank.
-fn squares(problem: &Subproblem<'_>, at: &Iterate) -> [f64; 3] {
+pub(super) fn squares(problem: &Subproblem<'_>, at: &Iterate) -> [f64; 3] {
     let mut r = unbalanced(problem.transformed, &at.ku);
     for ((p, law), condition) in problem.points().zip(&at.conditions) {
         let (r, u) = (&mut r[p.node], at.u[p.node]);

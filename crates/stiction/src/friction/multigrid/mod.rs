@@ -23,6 +23,7 @@ mod memory;
 mod monitor;
 mod part;
 mod points;
+mod shortened;
 mod solve;
 mod springs;
 mod step_length;
