@@ -194,7 +194,7 @@ pub(super) fn run(
             state.directions.insert(0, direction);
             let points = &problem.transformed.points;
             let halo = problem.transformed.halo();
-            let from = state.monitor.is_far().then(|| state.iterate.clone());
+            let from = (floats && state.monitor.is_far()).then(|| state.iterate.clone());
             minimise(halo, &mut state.directions, &r, points, problem.tightening, &mut state.iterate);
             if let Some(from) = from {
                 shorten(problem, &from, &state.directions[0], &mut state.iterate);
