@@ -104,8 +104,8 @@ impl Threshold {
     const STICKING: f64 = 0.01;
     /// The residual over the contact forces above which the sweeps of nodes alone rest: contact conditions change with every cycle there,
     /// and with them the matrix of these sweeps, which takes as long as several cycles. 300 random cases take 5 722 cycles with all
-    /// sweeps, 5 734, 5 755, 5 753 and 5 793 with 0.1, 0.03, 0.01 and 0.001; stacked plates (190 000 unknowns) 33.5 s with all, 31.3, 27.4,
-    /// 25.9 and 24.4 s, but hexahedra of two bodies on 8 ranks 29 cycles with 0.01 in place of 27.
+    /// sweeps, 5 731 and 5 728 with 0.03 and 0.01; stacked plates (190 000 unknowns) 33.5, 27.4 and 25.9 s, but hexahedra of two bodies
+    /// on 8 ranks 27, 28 and 29 cycles.
     const UNSETTLED: f64 = 0.03;
     /// The residual over the contact forces at which the shortenings of bolts are known: over a load that closes a clearance, ten thousand
     /// times as large, the residual leaves a force open in its sixth digit.
@@ -124,8 +124,8 @@ pub(super) type Observe<'a> = dyn FnMut(usize, f64, [usize; 3]) -> ControlFlow<(
 /// Every cycle the contact conditions are those of the present iterate: constrained components take their target values and
 /// are truncated from the hierarchy (Graeser & Kornhuber 2009), slipping points add the stiffness of their friction, and the
 /// radius of friction is the augmented normal force (Alart & Curnier 1991). One multigrid cycle gives a direction, and the
-/// energy is minimised over it and the last two or three; far from the solution a part of that step is taken (`shortened.rs`). Keeping directions across changes of the active sets is what
-/// makes the cost that of one linear solve: restarting conjugate gradients for each set costs two to four times as much.
+/// energy is minimised over it and the last two or three; floating bodies far from the solution may go a part of that step
+/// (`shortened.rs`). Keeping directions across changes of the active sets is what makes the cost that of one linear solve: restarting conjugate gradients for each set costs two to four times as much.
 pub(super) fn run(
     problem: &Subproblem<'_>,
     hierarchy: &mut Hierarchy,
