@@ -164,7 +164,7 @@ impl Transformed {
         let relative =
             are_relative.then(|| RelativeCoordinates::new(own.clone(), &others, nodes.count).ok_or_else(chained));
         let relative = relative.transpose()?;
-        let mut k = RelativeMatrix::new(k, relative);
+        let k = RelativeMatrix::new(k, relative);
         stop.check()?;
         let hierarchy = Hierarchy::new(&k, &kernel, &own, points.len(), linear, stop)?;
         let hierarchy = hierarchy.ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
@@ -173,7 +173,6 @@ impl Transformed {
             p.compliance = of_others;
             p.add_compliance(&k.diagonal(p.node), &coarse);
         }
-        k.keep_rows(points.iter().map(|p| p.node));
         let motions = if hierarchy.is_singular() { rigid_motions(problem) } else { RigidMotions::default() };
         mark_floating(problem, &motions, points.iter_mut().enumerate());
         let border = Border::default();

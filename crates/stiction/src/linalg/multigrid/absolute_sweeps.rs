@@ -8,7 +8,7 @@
 //!
 //! Each rank sweeps the functions of its own nodes with its own followers; between ranks these sweeps are Jacobi's, with damped steps.
 
-use super::blocks::{Block, Blocks};
+use super::blocks::{Block, Blocks, by_columns};
 use super::dense::{add_product, add_transpose_product, square};
 use super::packed::{Packed, Single, add, add_transposed, double, single, subtract};
 use super::relative_coordinates::{RelativeCoordinates, places};
@@ -194,7 +194,7 @@ impl AbsoluteSweeps {
     /// The matrix of the functions `alone`, of which `rows` computes some rows: those of the `changed` ones. The others are as they were, but for
     /// the columns of these. Late in an iteration a handful of points changes in a cycle, and all rows take as long as several cycles: of
     /// plates stacked on one another (190 000 unknowns) half of the time.
-    fn matrix(&self, alone: &[u32], changed: &[bool], rows: impl Fn(&[u32]) -> Blocks<3, 3>) -> Packed<3, 3> {
+    fn matrix(&self, alone: &[u32], changed: &[bool], rows: impl Fn(&[u32]) -> Packed<3, 3>) -> Packed<3, 3> {
         let old = self.space.as_ref().map(|space| (&space.alone, &space.level.matrix));
         let mut before = vec![u32::MAX; self.nodes.len()];
         let known = old.iter().flat_map(|(alone, _)| alone.iter().enumerate());
@@ -202,12 +202,12 @@ impl AbsoluteSweeps {
         let is_new = |k: usize| changed[alone[k] as usize] || before[alone[k] as usize] == u32::MAX;
         let new: Vec<u32> = (0..alone.len()).filter(|&k| is_new(k)).map(|k| k as u32).collect();
         let computed = rows(&new);
-        let Some((old_alone, old)) = old.filter(|_| new.len() < alone.len()) else { return Packed::new(&computed) };
+        let Some((old_alone, old)) = old.filter(|_| new.len() < alone.len()) else { return computed };
         // The place of each old column that is kept.
         let now = places(alone, self.nodes.len());
         let kept = |&place: &u32| Some(now[place as usize]).filter(|&k| k != u32::MAX && !is_new(k as usize));
         let kept: Vec<u32> = old_alone.iter().map(|place| kept(place).unwrap_or(u32::MAX)).collect();
-        let (start, entry) = computed.by_columns(computed.rows);
+        let (start, entry) = by_columns(&computed.start, &computed.column, alone.len());
         let mut matrix = Packed { rows: alone.len(), start: vec![0], ..Packed::default() };
         matrix.column.reserve(old.column.len() + computed.column.len());
         matrix.value.reserve(old.column.len() + computed.column.len());
@@ -216,15 +216,17 @@ impl AbsoluteSweeps {
             if let Some((t, _)) = next.next_if(|(_, row)| **row as usize == k) {
                 let (columns, blocks) = computed.row(t);
                 matrix.column.extend_from_slice(columns);
-                matrix.value.extend(blocks.iter().map(single));
+                matrix.value.extend_from_slice(blocks);
             } else {
                 let mut across = entry[start[k]..start[k + 1]].iter().peekable();
                 let mut push = |column: u32, value: Single<3, 3>| {
                     matrix.column.push(column);
                     matrix.value.push(value);
                 };
-                // Blocks in single precision are stored by columns.
-                let transposed = |place: u32| computed.value[place as usize].map(|row| row.map(|v| v as f32));
+                let transposed = |place: u32| {
+                    let value = &computed.value[place as usize];
+                    std::array::from_fn(|c| std::array::from_fn(|r| value[r][c]))
+                };
                 for (j, value) in old.entries_of(before[alone[k] as usize] as usize) {
                     let j = kept[j as usize];
                     if j == u32::MAX {
@@ -383,7 +385,7 @@ fn galerkin(
     springs: &[Block<3, 3>],
     functions: &Blocks<3, 3>,
     rows: &[u32],
-) -> Blocks<3, 3> {
+) -> Packed<3, 3> {
     let at = places(&moved.iter().map(|(v, _)| *v).collect::<Vec<_>>(), fine.rows);
     let near = |t: usize| {
         let entries = fine
@@ -401,7 +403,7 @@ fn galerkin(
         near(t).for_each(|(place, _)| functions.row(place as usize).0.iter().for_each(|&k| name(k)));
         functions.row(t).0.iter().for_each(|&k| name(k));
     };
-    let right: Blocks<3, 3> = Blocks::from_rows(
+    let right: Packed<3, 3> = Packed::from_rows(
         reached.len(),
         functions.cols,
         named,
@@ -419,7 +421,7 @@ fn galerkin(
     let named = |r: usize, name: &mut dyn FnMut(u32)| {
         from(r).for_each(|&(t, _)| right.row(place[t as usize] as usize).0.iter().for_each(|&j| name(j)));
     };
-    Blocks::from_rows(
+    Packed::from_rows(
         rows.len(),
         functions.cols,
         named,
@@ -428,7 +430,7 @@ fn galerkin(
             for &(t, function) in from(r) {
                 let function = &functions.value[function as usize];
                 let right = right.entries_of(place[t as usize] as usize);
-                right.for_each(|(j, block)| add_transpose_product(function, block, row.at(j)));
+                right.for_each(|(j, block)| add_transpose_product(function, &double(block), row.at(j)));
             }
         },
     )

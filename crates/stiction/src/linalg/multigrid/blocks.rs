@@ -34,6 +34,22 @@ pub(super) fn grow<T: Copy>(array: &mut Vec<T>, more: usize, x: T) {
     array.resize(length, x);
 }
 
+/// The values of the rows of each of `tasks`, which ascend; `value` has those from the first of these rows on.
+pub(super) fn by_tasks<'a, T>(
+    start: &[usize],
+    tasks: &[Range<usize>],
+    value: &'a mut [T],
+) -> Vec<(Range<usize>, &'a mut [T])> {
+    let (mut slices, mut rest) = (Vec::with_capacity(tasks.len()), value);
+    let mut place = tasks.first().map_or(0, |rows| start[rows.start]);
+    for rows in tasks {
+        let (own, tail) = rest[start[rows.start] - place..].split_at_mut(start[rows.end] - start[rows.start]);
+        slices.push((rows.clone(), own));
+        (rest, place) = (tail, start[rows.end]);
+    }
+    slices
+}
+
 impl Pattern {
     /// A zero block for each place.
     pub(super) fn zeros<const R: usize, const C: usize>(&self) -> Vec<Block<R, C>> {
@@ -53,13 +69,7 @@ impl Pattern {
         fill: impl Fn(usize, &mut Row<'_, R, C>) + Sync,
     ) {
         let Pattern { start, column } = self;
-        let (mut slices, mut rest) = (Vec::with_capacity(tasks.len()), value);
-        let mut place = tasks.first().map_or(0, |rows| start[rows.start]);
-        for rows in tasks {
-            let (own, tail) = rest[start[rows.start] - place..].split_at_mut(start[rows.end] - start[rows.start]);
-            slices.push((rows.clone(), own));
-            (rest, place) = (tail, start[rows.end]);
-        }
+        let slices = by_tasks(start, tasks, value);
         let at_once = piece(slices.len());
         slices.into_par_iter().with_max_len(at_once).for_each_init(
             || vec![0u32; cols],
@@ -71,7 +81,7 @@ impl Pattern {
                         for i in rows.clone() {
                             let columns = &column[start[i]..start[i + 1]];
                             let values = &mut slice[start[i] - base..start[i + 1] - base];
-                            fill(i, &mut Row { slot, known: false, columns, values });
+                            fill(i, &mut Row::new(slot, columns, values));
                         }
                     },
                 );
@@ -185,20 +195,25 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
     /// The pattern of the transpose of the first `rows` rows: for each column the rows that contain it, with the places of the
     /// blocks.
     pub(super) fn by_columns(&self, rows: usize) -> (Vec<usize>, Vec<(u32, u32)>) {
-        let entries = self.start[rows];
-        let mut start = vec![0usize; self.cols + 1];
-        self.column[..entries].iter().for_each(|&j| start[j as usize + 1] += 1);
-        (0..self.cols).for_each(|j| start[j + 1] += start[j]);
-        let (mut next, mut entry) = (start.clone(), vec![(0, 0); entries]);
-        for i in 0..rows {
-            for place in self.start[i]..self.start[i + 1] {
-                let j = self.column[place] as usize;
-                entry[next[j]] = (i as u32, place as u32);
-                next[j] += 1;
-            }
-        }
-        (start, entry)
+        by_columns(&self.start[..=rows], &self.column, self.cols)
     }
+}
+
+/// For each of `cols` columns the rows that contain it, with the places of their entries.
+pub(super) fn by_columns(rows: &[usize], column: &[u32], cols: usize) -> (Vec<usize>, Vec<(u32, u32)>) {
+    let entries = rows[rows.len() - 1];
+    let mut start = vec![0usize; cols + 1];
+    column[..entries].iter().for_each(|&j| start[j as usize + 1] += 1);
+    (0..cols).for_each(|j| start[j + 1] += start[j]);
+    let (mut next, mut entry) = (start.clone(), vec![(0, 0); entries]);
+    for (i, own) in rows.windows(2).enumerate() {
+        for place in own[0]..own[1] {
+            let j = column[place] as usize;
+            entry[next[j]] = (i as u32, place as u32);
+            next[j] += 1;
+        }
+    }
+    (start, entry)
 }
 
 impl<const R: usize> Blocks<R, R> {
@@ -217,7 +232,12 @@ pub(super) struct Row<'a, const R: usize, const C: usize> {
     pub values: &'a mut [Block<R, C>],
 }
 
-impl<const R: usize, const C: usize> Row<'_, R, C> {
+impl<'a, const R: usize, const C: usize> Row<'a, R, C> {
+    /// `slot` has a place for each column of the matrix, with any values.
+    pub(super) fn new(slot: &'a mut [u32], columns: &'a [u32], values: &'a mut [Block<R, C>]) -> Self {
+        Row { slot, known: false, columns, values }
+    }
+
     /// The block of column `j`, one of those the row was declared with.
     pub(super) fn at(&mut self, j: u32) -> &mut Block<R, C> {
         if !self.known {

@@ -26,6 +26,7 @@ mod packed;
 mod quadratic;
 mod relative_coordinates;
 mod relative_matrix;
+mod relative_rows;
 mod smoother;
 #[cfg(test)]
 mod tests;
@@ -183,7 +184,7 @@ impl Hierarchy {
         let above = linear.as_ref().map_or(a.len(), |linear| linear.level.matrix.rows);
         let columns = &first.column[..first.start[above]];
         let mut transfers = vec![step.halo.only(columns.iter().chain(truncation.support.own_columns()).copied())];
-        let mut fine = Level::of(Packed::of_rows(a.len(), |i| a.row(i)), a.halo.clone(), |i| a.diagonal(i));
+        let mut fine = a.finest_level();
         if linear.is_some() {
             fine.damp_less();
         }

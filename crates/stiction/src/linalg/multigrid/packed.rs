@@ -1,8 +1,8 @@
 use rayon::prelude::*;
 
-use super::blocks::{Block, Blocks};
-use crate::linalg::in_huge_pages;
-use crate::linalg::pattern::ROWS_PER_TASK;
+use super::blocks::{Block, Blocks, Row, by_tasks};
+use crate::linalg::pattern::{Pattern, ROWS_PER_TASK, piece, tasks};
+use crate::linalg::{in_huge_pages, vectorised};
 use crate::ranks::Halo;
 
 /// A block in single precision, by columns: what a cycle reads.
@@ -144,20 +144,47 @@ impl<const R: usize, const C: usize> Packed<R, C> {
         (0..rows).for_each(|i| start[i + 1] = start[i] + row(i).0.len());
         let mut column = in_huge_pages(vec![0; start[rows]]);
         let mut value = in_huge_pages(vec![[[0.0; R]; C]; start[rows]]);
-        let (mut tasks, mut columns, mut values) = (Vec::new(), column.as_mut_slice(), value.as_mut_slice());
-        for first in (0..rows).step_by(ROWS_PER_TASK) {
-            let own = first..rows.min(first + ROWS_PER_TASK);
-            let entries = start[own.end] - start[own.start];
-            let (parts, rest) = (columns.split_at_mut(entries), values.split_at_mut(entries));
-            tasks.push((own, parts.0, rest.0));
-            (columns, values) = (parts.1, rest.1);
-        }
-        tasks.into_par_iter().for_each(|(own, columns, values)| {
+        let tasks = tasks(0..rows);
+        let (columns, values) = (by_tasks(&start, &tasks, &mut column), by_tasks(&start, &tasks, &mut value));
+        columns.into_par_iter().zip(values).for_each(|((own, columns), (_, values))| {
             let blocks = own.flat_map(|i| row(i).0.iter().zip(row(i).1));
             for ((column, value), (j, a)) in columns.iter_mut().zip(values).zip(blocks) {
                 (*column, *value) = (*j, single(a));
             }
         });
+        Packed { rows, start, column, value }
+    }
+
+    /// A matrix whose rows have the columns that `columns` names and the values that `fill` accumulates, as [`Blocks::from_rows`].
+    /// Only the rows at work are in double precision.
+    pub(super) fn from_rows(
+        rows: usize,
+        cols: usize,
+        columns: impl Fn(usize, &mut dyn FnMut(u32)) + Sync,
+        fill: impl Fn(usize, &mut Row<'_, R, C>) + Sync,
+    ) -> Self {
+        let Pattern { start, column } = Pattern::new(rows, cols, columns);
+        let mut value = in_huge_pages(vec![[[0.0; R]; C]; start[rows]]);
+        let tasks = tasks(0..rows);
+        let at_once = piece(tasks.len());
+        by_tasks(&start, &tasks, &mut value).into_par_iter().with_max_len(at_once).for_each_init(
+            || (vec![0u32; cols], Vec::new()),
+            |(slot, sums), (own, values)| {
+                vectorised(
+                    #[inline(always)]
+                    || {
+                        for i in own.clone() {
+                            let columns = &column[start[i]..start[i + 1]];
+                            sums.clear();
+                            sums.resize(columns.len(), [[0.0; C]; R]);
+                            fill(i, &mut Row::new(slot, columns, sums));
+                            let values = &mut values[start[i] - start[own.start]..];
+                            values.iter_mut().zip(&*sums).for_each(|(value, sum)| *value = single(sum));
+                        }
+                    },
+                );
+            },
+        );
         Packed { rows, start, column, value }
     }
 

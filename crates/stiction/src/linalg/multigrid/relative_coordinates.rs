@@ -21,7 +21,7 @@ pub(crate) struct RelativeCoordinates {
     /// `C`: a row for each of `nodes`, a column for each node of the mesh.
     c: Blocks<3, 3>,
     /// `D`, in the same form.
-    d: Blocks<3, 3>,
+    pub(super) d: Blocks<3, 3>,
     /// Places in `nodes`, each before those of the nodes it is relative to.
     order: Vec<u32>,
 }
@@ -105,70 +105,10 @@ impl RelativeCoordinates {
         }
     }
 
-    /// The rows of `Tᵀ A T` with `x = T x'` that are not those of `A`, and their places: those near the changed nodes and near
-    /// the columns of their rows of `D`.
-    pub(super) fn changed_rows(&self, a: &Blocks<3, 3>) -> (Vec<u32>, Blocks<3, 3>) {
-        let place = places(&self.nodes, self.d.cols);
-        let coupled = |j: u32| {
-            let i = place[j as usize];
-            (i != u32::MAX && !self.d.row(i as usize).0.is_empty()).then_some(i as usize)
-        };
-        // A T: the column of a changed node contributes to the columns of its row of D as well.
-        let changed: Vec<u32> =
-            (0..a.rows as u32).filter(|&i| a.row(i as usize).0.iter().any(|&j| coupled(j).is_some())).collect();
-        let reached = |t: usize, name: &mut dyn FnMut(u32)| {
-            for &j in a.row(changed[t] as usize).0 {
-                name(j);
-                coupled(j).into_iter().for_each(|i| self.d.row(i).0.iter().for_each(|&k| name(k)));
-            }
-        };
-        let right: Blocks<3, 3> = Blocks::from_rows(
-            changed.len(),
-            a.cols,
-            reached,
-            #[inline(always)]
-            |t, row| {
-                for (j, block) in a.entries_of(changed[t] as usize) {
-                    let own = row.at(j);
-                    own.iter_mut().flatten().zip(block.iter().flatten()).for_each(|(x, v)| *x += v);
-                    if let Some(i) = coupled(j) {
-                        let minus = block.map(|r| r.map(|v| -v));
-                        self.d.entries_of(i).for_each(|(k, d)| add_product(&minus, d, row.at(k)));
-                    }
-                }
-            },
-        );
-        let mut at = vec![u32::MAX; a.rows];
-        changed.iter().enumerate().for_each(|(t, &i)| at[i as usize] = t as u32);
-        let a_times_t = |i: u32| match at[i as usize] {
-            u32::MAX => a.row(i as usize),
-            t => right.row(t as usize),
-        };
-        // Tᵀ (A T): rows of the changed nodes are subtracted from the rows of the columns of D.
-        let (start, entry) = self.d.by_columns(self.d.rows);
-        let touched: Vec<u32> =
-            (0..a.rows).filter(|&k| at[k] != u32::MAX || start[k + 1] > start[k]).map(|k| k as u32).collect();
-        let from = |k: u32| entry[start[k as usize]..start[k as usize + 1]].iter();
-        let reached = |t: usize, name: &mut dyn FnMut(u32)| {
-            a_times_t(touched[t]).0.iter().for_each(|&j| name(j));
-            from(touched[t]).for_each(|&(i, _)| a_times_t(self.nodes[i as usize]).0.iter().for_each(|&j| name(j)));
-        };
-        let rows: Blocks<3, 3> = Blocks::from_rows(
-            touched.len(),
-            a.cols,
-            reached,
-            #[inline(always)]
-            |t, row| {
-                let (columns, blocks) = a_times_t(touched[t]);
-                columns.iter().zip(blocks).for_each(|(&j, block)| *row.at(j) = *block);
-                for &(i, place) in from(touched[t]) {
-                    let minus = self.d.value[place as usize].map(|r| r.map(|v| -v));
-                    let (columns, blocks) = a_times_t(self.nodes[i as usize]);
-                    columns.iter().zip(blocks).for_each(|(&j, block)| add_transpose_product(&minus, block, row.at(j)));
-                }
-            },
-        );
-        (touched, rows)
+    /// The place of node `j`, if it is relative to others.
+    pub(super) fn coupled(&self, place: &[u32], j: u32) -> Option<usize> {
+        let i = place[j as usize];
+        (i != u32::MAX && !self.d.row(i as usize).0.is_empty()).then_some(i as usize)
     }
 
     /// Transforms a coarsening step for the displacements into one for the relative displacements, whose matrix is `matrix`.
@@ -366,6 +306,7 @@ fn order(place: &[u32], rows: &[Entries]) -> Option<Vec<u32>> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::super::absolute_sweeps::AbsoluteSweeps;
+    use super::super::relative_rows::RelativeRows;
     use super::super::tests::{assert_local_changes, coarsen, lattice};
     use super::super::{Hierarchy, NodeConstraint};
     use super::*;
@@ -430,7 +371,7 @@ pub(super) mod tests {
 
     /// With the changed rows in their places.
     fn explicit(a: &Blocks<3, 3>, coordinates: &RelativeCoordinates) -> Blocks<3, 3> {
-        let (mut explicit, (changed, rows)) = (a.clone(), coordinates.changed_rows(a));
+        let (mut explicit, (changed, rows)) = (a.clone(), RelativeRows::new(a, coordinates).changed());
         explicit.replace_rows(&changed, &rows);
         explicit
     }

@@ -2,11 +2,14 @@ use std::borrow::Cow;
 
 use super::RelativeCoordinates;
 use super::blocks::{Block, Blocks};
+use super::packed::Packed;
 use super::relative_coordinates::places;
+use super::relative_rows::{RelativeRows, diagonal};
+use super::smoother::Level;
 use crate::ranks::Halo;
 
 /// The place of a row that is not that of `A` and not kept.
-const FORGOTTEN: u32 = u32::MAX - 1;
+const NOT_KEPT: u32 = u32::MAX - 1;
 
 /// A matrix `A` in relative coordinates: `Tᵀ A T`. Without any it is `A`.
 ///
@@ -56,15 +59,19 @@ impl AllRows<'_> {
     }
 }
 
-fn diagonal((columns, blocks): (&[u32], &[Block<3, 3>]), i: usize) -> Block<3, 3> {
-    columns.binary_search(&(i as u32)).map_or([[0.0; 3]; 3], |place| blocks[place])
-}
-
 impl RelativeMatrix {
+    /// Of all nodes. The rows that are kept are those of `A` and of the nodes that are relative to others: products do without the
+    /// rest, and those of nodes that others are measured from are the longest.
     pub(crate) fn new(a: Blocks<3, 3>, relative: Option<RelativeCoordinates>) -> Self {
-        let (changed, rows) = relative.as_ref().map(|relative| relative.changed_rows(&a)).unwrap_or_default();
-        let at = places(&changed, a.rows);
         let halo = Halo::alone(a.rows);
+        let (mut at, mut rows) = (vec![u32::MAX; a.rows], Blocks::default());
+        if let Some(relative) = &relative {
+            let all = RelativeRows::new(&a, relative);
+            (0..a.rows).filter(|&i| all.is_changed(i)).for_each(|i| at[i] = NOT_KEPT);
+            let kept;
+            (kept, rows) = all.changed_of(&relative.nodes);
+            kept.iter().enumerate().for_each(|(t, &i)| at[i as usize] = t as u32);
+        }
         RelativeMatrix { a, halo, relative, changed: ChangedRows { rows, at } }
     }
 
@@ -73,7 +80,8 @@ impl RelativeMatrix {
     /// no further than the ghosts.
     pub(crate) fn divided(a: Blocks<3, 3>, halo: Halo, relative: Option<RelativeCoordinates>) -> Self {
         let (own, here) = (halo.own(), halo.len());
-        let (mut changed, rows) = relative.as_ref().map(|relative| relative.changed_rows(&a)).unwrap_or_default();
+        let (mut changed, rows) =
+            relative.as_ref().map(|relative| RelativeRows::new(&a, relative).changed()).unwrap_or_default();
         changed.truncate(changed.partition_point(|&i| (i as usize) < own));
         let rows = rows.truncated(changed.len(), here);
         let (at, a) = (places(&changed, own), a.truncated(own, here));
@@ -90,38 +98,30 @@ impl RelativeMatrix {
         self.a.rows
     }
 
-    /// Forgets the rows that are not those of `A`, but at these nodes: products do without them where no other rank has nodes, and
-    /// those of nodes that others are measured from are the longest.
-    pub(crate) fn keep_rows(&mut self, nodes: impl Iterator<Item = usize>) {
-        if !self.halo.is_alone() {
-            return;
-        }
-        let ChangedRows { rows, at } = &self.changed;
-        let mut kept: Vec<u32> = nodes.filter(|&i| at[i] != u32::MAX).map(|i| i as u32).collect();
-        kept.sort_unstable();
-        kept.dedup();
-        let row = |t: usize| at[kept[t] as usize] as usize;
-        let named = |t: usize, name: &mut dyn FnMut(u32)| rows.row(row(t)).0.iter().for_each(|&j| name(j));
-        let rows = Blocks::from_rows(kept.len(), rows.cols, named, |t, own| {
-            rows.entries_of(row(t)).for_each(|(j, block)| *own.at(j) = *block);
-        });
-        let at = at.iter().map(|&place| if place == u32::MAX { place } else { FORGOTTEN }).collect();
-        self.changed = ChangedRows { rows, at };
-        kept.iter().enumerate().for_each(|(t, &i)| self.changed.at[i as usize] = t as u32);
+    /// What computes the rows that are not kept, if there are any.
+    fn others(&self) -> Option<RelativeRows<'_>> {
+        let relative = self.relative.as_ref().filter(|_| self.changed.at.contains(&NOT_KEPT))?;
+        Some(RelativeRows::new(&self.a, relative))
     }
 
-    /// All rows; those that were forgotten are computed.
+    /// All rows in double precision; those that are not kept are computed.
     pub(crate) fn all_rows(&self) -> AllRows<'_> {
-        let is_forgotten = self.changed.at.contains(&FORGOTTEN);
-        let computed = self.relative.as_ref().filter(|_| is_forgotten).map(|relative| relative.changed_rows(&self.a));
-        let changed = match computed {
+        let changed = match self.others().map(|others| others.changed()) {
             Some((changed, rows)) => Cow::Owned(ChangedRows { rows, at: places(&changed, self.a.rows) }),
             None => Cow::Borrowed(&self.changed),
         };
         AllRows { a: &self.a, changed }
     }
 
-    /// Columns and blocks of row `i`, one that was not forgotten.
+    /// The finest level: all rows in single precision, the diagonal blocks from double precision.
+    pub(super) fn finest_level(&self) -> Level<3, 4> {
+        match self.others() {
+            Some(others) => Level::of(others.packed(), self.halo.clone(), |i| others.diagonal(i)),
+            None => Level::of(Packed::of_rows(self.len(), |i| self.row(i)), self.halo.clone(), |i| self.diagonal(i)),
+        }
+    }
+
+    /// Columns and blocks of row `i`, one that is kept.
     pub(crate) fn row(&self, i: usize) -> (&[u32], &[Block<3, 3>]) {
         self.changed.row(&self.a, i)
     }
