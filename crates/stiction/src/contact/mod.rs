@@ -5,6 +5,7 @@ mod closest;
 mod division;
 pub mod equilibrium;
 pub mod escape;
+mod false_overlap;
 mod flat;
 mod followers;
 mod frame;

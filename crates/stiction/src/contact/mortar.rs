@@ -202,7 +202,9 @@ fn met(mesh: &Mesh, face: u32, sides: &Sides, search: f64, [same, every]: [bool;
         (covered < (1.0 - WHOLLY) * whole).then(|| places(&slave.flat, segments.iter().map(|s| s.polygon.as_slice())));
     let distance = segments.iter().map(|s| area(&s.polygon) * s.distance).sum::<f64>() / covered;
     let heights = segments.iter().flat_map(|s| s.polygon.iter().map(|&x| masters[s.seen].height(x) - slave.height(x)));
-    let distances = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| [low.min(h), high.max(h)]);
+    let distances = heights
+        .chain(segments.iter().map(|s| s.distance))
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| [low.min(h), high.max(h)]);
     let normals = segments
         .iter()
         .fold([0.0; 3], |sum, s| add(sum, scale(area(&s.polygon).abs(), mesh.face_normal(s.face as usize))));

@@ -70,6 +70,11 @@ pub(super) struct Overhang {
     pub(super) dropped: HashSet<u32>,
 }
 
+/// Values that differ by rounding are the same, so that nodes do not change places where a mesh is turned.
+fn without_rounding(value: f64) -> f64 {
+    (value / ROUNDING).round() * ROUNDING
+}
+
 /// A node with the faces it carries in that have places: the place of the face and of the node in it.
 type InFaces = BTreeMap<u32, Vec<(usize, usize)>>;
 
@@ -86,7 +91,7 @@ impl Overhang {
         let mut faces = InFaces::new();
         for (at, (&face, met)) in slave.iter().zip(met).enumerate().filter(|(_, (_, met))| met.covered > 0.0) {
             for (i, &node) in mesh.faces[face as usize].nodes().iter().enumerate().filter(|(_, n)| carries(face, **n)) {
-                let value = met.places.as_ref().map_or(1.0, |places| places[i][i]);
+                let value = met.places.as_ref().map_or(1.0, |places| without_rounding(places[i][i]));
                 let largest = reach.entry(node).or_insert(value);
                 *largest = largest.max(value);
                 if met.places.is_some() {
@@ -112,7 +117,7 @@ impl Overhang {
                     *node != o && faces.contains_key(node) && farther(*node, o) && near(&places[i], &places[m])
                 };
                 let largest = |at: usize, i: usize| {
-                    met[at].places.as_ref().is_some_and(|places| places[i][i] >= EQUAL * reach[&o])
+                    met[at].places.as_ref().is_some_and(|places| without_rounding(places[i][i]) >= EQUAL * reach[&o])
                 };
                 faces_of.iter().any(|&(at, i)| {
                     largest(at, i) && of_face(at).iter().enumerate().any(|other| is_another(at, i, other))

@@ -8,6 +8,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::claims::{Claim, Lost, is_near};
+use super::false_overlap::without_false_overlap;
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::held::{Below, is_held_along};
@@ -188,7 +189,7 @@ pub(super) fn points_of_pair(
     let mut found = SurfaceFacts::named(&surface.name);
     let frames = frames(matched, dofs, (lost, taken), &mut facts, &mut found)?;
     let outward: HashMap<u32, V3> = matched.outward.iter().copied().collect();
-    let within = distances_of_several(mesh, &surface.faces, met, patches);
+    let distances = distances(mesh, &surface.faces, met, patches);
     // Faces that do not count for a node are left to others than those that do: what lies behind is at another distance.
     let keep = |face: u32, node: u32| match (patches.carries(face, node), frames.contains_key(&node)) {
         (true, true) => Ok(()),
@@ -207,13 +208,7 @@ pub(super) fn points_of_pair(
         let tangents = [frame[1], frame[2]].map(|tangent| dofs.components(row.node, tangent));
         refuse_dragging(&constrained, imposed, along, row.node, x, &surface.friction, &tangents)?;
         let gap = initial_gap(mesh, &row, normal, &master.gap, &outward);
-        // A mean lies among what it is of; the dual functions, negative in places, may go beyond.
-        let gap = match within.get(&row.node) {
-            Some([low, high]) if master.gap == InitialGap::AsMeshed && low <= high => {
-                gap.max(low * row.unity_sum).min(high * row.unity_sum)
-            }
-            _ => gap,
-        };
+        let gap = gap_among(&distances[&row.node], gap / row.unity_sum, &master.gap) * row.unity_sum;
         let visible = gap / row.unity_sum;
         found.guided += usize::from(frame[2] == [0.0; 3]);
         found.held_along_surface += usize::from(is_held_along(dofs, row.node, &tangents));
@@ -321,21 +316,37 @@ fn frames(
     Ok(frames)
 }
 
-/// For the nodes of faces that meet parts which do not hang together the least and the largest distance to them.
-fn distances_of_several(mesh: &Mesh, slave: &[u32], met: &[Met], patches: &Patches) -> HashMap<u32, [f64; 2]> {
-    let several: HashSet<u32> = (slave.iter().zip(met))
-        .filter(|(_, met)| met.several)
-        .flat_map(|(&face, _)| mesh.faces[face as usize].nodes().iter().copied())
-        .collect();
-    let mut within: HashMap<u32, [f64; 2]> = HashMap::new();
-    for (&face, met) in slave.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
-        let nodes = mesh.faces[face as usize].nodes().iter();
-        for &node in nodes.filter(|&&node| several.contains(&node) && patches.carries(face, node)) {
-            let [low, high] = within.entry(node).or_insert([f64::INFINITY, f64::NEG_INFINITY]);
-            (*low, *high) = (low.min(met.distances[0]), high.max(met.distances[1]));
+/// What a node looks at: the least and the largest distance, and whether these are parts that do not hang together.
+struct Distances {
+    low: f64,
+    high: f64,
+    several: bool,
+}
+
+fn distances(mesh: &Mesh, slave: &[u32], met: &[Met], patches: &Patches) -> HashMap<u32, Distances> {
+    let mut all: HashMap<u32, Distances> = HashMap::new();
+    for (&face, met) in slave.iter().zip(met) {
+        for &node in mesh.faces[face as usize].nodes() {
+            let empty = Distances { low: f64::INFINITY, high: f64::NEG_INFINITY, several: false };
+            let of = all.entry(node).or_insert(empty);
+            of.several |= met.several;
+            if met.covered > 0.0 && patches.carries(face, node) {
+                (of.low, of.high) = (of.low.min(met.distances[0]), of.high.max(met.distances[1]));
+            }
         }
     }
-    within
+    all
+}
+
+/// A weighted gap over the sum of its weights: a mean lies among what it is of, but the dual functions, negative in places, may take it
+/// beyond.
+fn gap_among(of: &Distances, gap: f64, stated: &InitialGap) -> f64 {
+    match stated {
+        _ if of.low > of.high => gap,
+        InitialGap::AsMeshed if of.several => gap.max(of.low).min(of.high),
+        InitialGap::AsMeshed | InitialGap::ClosedAt(_) => without_false_overlap(gap, of.low),
+        _ => gap,
+    }
 }
 
 /// The weighted jump of the coordinates along the normal, or what the case says it is: the weighted jump of a field as

@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::claims::{Claim, Lost, is_near};
+use super::false_overlap::without_false_overlap;
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::mortar::FACING;
@@ -15,6 +16,8 @@ use crate::mesh::v3::{V3, add, dot, norm, scale, sub};
 
 /// Prescribed displacements below this part of others are rounding.
 const ROUNDING: f64 = 1e-12;
+/// Overlaps below this part of a face's size are rounding.
+const TOUCHING: f64 = 1e-9;
 
 /// A contact point: its jump is `u_node + sum(weight u_other)` along its axes.
 #[derive(PartialEq)]
@@ -123,13 +126,14 @@ pub(super) fn points_on_obstacle(
             continue;
         }
         facts.near[0] += usize::from(near);
-        let mut measured = distance;
+        let (mut measured, mut least) = (distance, distance);
         for &(other, weight) in &others {
             let Some((distance, _)) = distance_of(other)? else {
                 facts.beyond += 1;
                 continue 'areas;
             };
             measured += weight * distance;
+            least = least.min(distance);
         }
         let normal = away.map(|c| 0.0 - c); // towards the obstacle; 0 - c keeps zeros positive
         let constrained = prescribed(dofs, node);
@@ -157,7 +161,7 @@ pub(super) fn points_on_obstacle(
         facts.facing_away += usize::from(dot(outward, normal) <= 0.0);
         facts.gap_min = facts.gap_min.min(distance);
         facts.gap_max = facts.gap_max.max(distance);
-        if distance < 0.0 {
+        if distance < -TOUCHING * area.sqrt() {
             facts.overlapping += 1;
             facts.overlapping_area += unity_sum * area;
         }
@@ -165,7 +169,11 @@ pub(super) fn points_on_obstacle(
         facts.nodes.push(node);
         let (friction, orthotropy) = law(&surface.friction, &At { node, x, area, normal }, &mut frame)?;
         // A tie keeps the distance it was meshed with.
-        let gap = if friction == Friction::Bonded { 0.0 } else { measured };
+        let gap = if friction == Friction::Bonded {
+            0.0
+        } else {
+            without_false_overlap(measured / unity_sum, least) * unity_sum
+        };
         let (stiffness, layer) = (surface.stiffness, None);
         points.push(Point {
             node,

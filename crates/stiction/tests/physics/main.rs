@@ -41,4 +41,5 @@ mod steps;
 mod supports;
 mod surfaces;
 mod taking_turns;
+mod touching;
 mod wedges;

@@ -70,7 +70,8 @@ fn a_block_stands_on_the_plate_below_it_although_the_floor_is_named_too() {
         let plate = contact("plate", &format!("[{on}]"), &format!("[{against}]"));
         let runs = [[&floor, &plate], [&plate, &floor]].map(|[first, second]| {
             let run = solved(&format!(
-                "{}{}{STEEL}[[load]]\non = \"b.z-max\"\nforce = [100, 0, -1000]\nabout = [15, 15, {thickness}]\n{first}{second}",
+                "[solver]\ntolerance = 1e-10\n{}{}{STEEL}[[load]]\non = \"b.z-max\"\nforce = [100, 0, -1000]\n\
+                 about = [15, 15, {thickness}]\n{first}{second}",
                 part("a", [[30.0, 30.0, thickness], [0.0; 3]], [3, 3, 1], element),
                 part("b", [[20.0, 20.0, 5.0], [5.0, 5.0, thickness]], [4, 4, 1], element),
             ));

@@ -84,6 +84,8 @@ impl Threshold {
     const ROUNDS: usize = 5;
     /// Steps of one energy; those that slip converge slowly, and need not arrive.
     const STEPS: usize = 30;
+    /// The fixed point ends where no bound changes by more than this part of the largest.
+    const BOUNDS: f64 = 1e-3;
     /// A search for the length of a step ends where the slope has fallen to this part of the first.
     const SLOPE: f64 = 1e-9;
     const DOUBLINGS: usize = 200;
@@ -101,23 +103,30 @@ impl Foundation<'_> {
             _ => 0.0,
         };
         let mut bounds: Vec<f64> = self.friction.iter().map(given).collect();
-        let mut found = Equilibrium { alpha: vec![0.0; self.jumps.cols], lambda: vec![0.0; 3 * m] };
+        let (mut alpha, mut v) = (vec![0.0; self.jumps.cols], self.gap.to_vec());
+        let mut lambda = vec![0.0; 3 * m];
         for _ in 0..Threshold::ROUNDS {
-            let (alpha, v) = self.least_energy(&bounds);
+            self.least_energy(&bounds, &mut alpha, &mut v);
             let springs = self.springs(&v, &bounds);
-            found = Equilibrium { alpha, lambda: v.iter().zip(springs).map(|(v, s)| -s * v).collect() };
-            bounds = (0..m).map(|j| self.friction[j].bound(found.lambda[j])).collect();
+            lambda = v.iter().zip(springs).map(|(v, s)| -s * v).collect();
+            let found: Vec<f64> = (0..m).map(|j| self.friction[j].bound(lambda[j])).collect();
+            // What is bonded has no bound.
+            let finite = || found.iter().zip(&bounds).filter(|(new, _)| new.is_finite());
+            let change = finite().fold(0.0, |a: f64, (new, old)| a.max((new - old).abs()));
+            let largest = finite().fold(0.0, |a: f64, (new, _)| a.max(*new));
+            bounds = found;
+            if change <= Threshold::BOUNDS * largest {
+                break;
+            }
         }
-        found
+        Equilibrium { alpha, lambda }
     }
 
     /// Newton's method with exact line search on the convex energy `1/2 sum of r |overlap|² + H(T u) - Rᵀf . alpha`, `H`
     /// quadratic until friction is at its bound and linear beyond (Huber); its curvature is taken by secants.
-    fn least_energy(&self, bounds: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let mut alpha = vec![0.0; self.jumps.cols];
-        let mut v = self.gap.to_vec();
+    fn least_energy(&self, bounds: &[f64], alpha: &mut [f64], v: &mut [f64]) {
         for _ in 0..Threshold::STEPS {
-            let springs = self.springs(&v, bounds);
+            let springs = self.springs(v, bounds);
             let force: Vec<f64> = v.iter().zip(&springs).map(|(v, s)| -s * v).collect();
             let held = self.jumps.transpose_times(&force);
             let lacking: Vec<f64> = self.resultant.iter().zip(held).map(|(e, held)| e - held).collect();
@@ -127,35 +136,41 @@ impl Foundation<'_> {
             let Some(curvature) = SmallCholesky::new(self.curvature(&springs)) else { break };
             let d = curvature.solve(&lacking);
             let dv: Vec<f64> = self.jumps.times(&d).into_iter().map(|jump| -jump).collect();
-            let t = self.least_along(&v, &dv, dot(&d, self.resultant), bounds);
-            axpy(t, &d, &mut alpha);
-            axpy(t, &dv, &mut v);
+            let t = self.least_along(v, &dv, dot(&d, self.resultant), bounds);
+            axpy(t, &d, alpha);
+            axpy(t, &dv, v);
         }
-        (alpha, v)
     }
 
     /// Stiffness of each row at the gap `v`: the force over the displacement.
     fn springs(&self, v: &[f64], bounds: &[f64]) -> Vec<f64> {
         let m = self.friction.len();
         let mut springs = vec![0.0; 3 * m];
-        for (j, law) in self.friction.iter().enumerate() {
-            let r = self.stiffness[j];
-            let sliding = r * v[m + j].hypot(v[2 * m + j]);
-            let [normal, tangential] = match law {
-                Friction::Bonded => [1.0, 1.0],
-                Friction::None => [f64::from(u8::from(v[j] < 0.0)), 0.0],
-                Friction::Given { .. }
-                | Friction::Coulomb { .. }
-                | Friction::Limited { .. }
-                | Friction::Cohesive { .. } => {
-                    let ratio = if sliding > bounds[j] { bounds[j] / sliding } else { 1.0 };
-                    [f64::from(u8::from(v[j] < 0.0)), ratio.max(Threshold::GUIDE)]
-                }
-            };
-            springs[j] = r * normal;
-            (springs[m + j], springs[2 * m + j]) = (r * tangential, r * tangential);
+        for j in 0..m {
+            let [normal, tangential] = self.springs_at(j, [v[j], v[m + j], v[2 * m + j]], bounds[j]);
+            springs[j] = normal;
+            (springs[m + j], springs[2 * m + j]) = (tangential, tangential);
         }
         springs
+    }
+
+    /// Normal and tangential stiffness of point `j` at its gap.
+    #[inline]
+    fn springs_at(&self, j: usize, v: [f64; 3], bound: f64) -> [f64; 2] {
+        let r = self.stiffness[j];
+        let closed = if v[0] < 0.0 { r } else { 0.0 };
+        match self.friction[j] {
+            Friction::Bonded => [r, r],
+            Friction::None => [closed, 0.0],
+            Friction::Given { .. }
+            | Friction::Coulomb { .. }
+            | Friction::Limited { .. }
+            | Friction::Cohesive { .. } => {
+                let sliding = r * (v[1] * v[1] + v[2] * v[2]).sqrt();
+                let ratio = if sliding > bound { bound / sliding } else { 1.0 };
+                [closed, r * ratio.max(Threshold::GUIDE)]
+            }
+        }
     }
 
     /// Rows of the lower triangle.
@@ -177,10 +192,16 @@ impl Foundation<'_> {
 
     /// The length at which the slope of the energy vanishes along a descent direction whose load does `work`.
     fn least_along(&self, v: &[f64], dv: &[f64], work: f64, bounds: &[f64]) -> f64 {
+        let m = self.friction.len();
         let slope = |t: f64| {
-            let at: Vec<f64> = v.iter().zip(dv).map(|(v, d)| v + t * d).collect();
-            let springs = self.springs(&at, bounds);
-            at.iter().zip(&springs).zip(dv).map(|((v, s), d)| s * v * d).sum::<f64>() - work
+            let mut slope = -work;
+            for j in 0..m {
+                let d = [dv[j], dv[m + j], dv[2 * m + j]];
+                let v = [v[j] + t * d[0], v[m + j] + t * d[1], v[2 * m + j] + t * d[2]];
+                let [normal, tangential] = self.springs_at(j, v, bounds[j]);
+                slope += normal * v[0] * d[0] + tangential * (v[1] * d[1] + v[2] * d[2]);
+            }
+            slope
         };
         let (mut low, mut at_low) = (0.0, slope(0.0));
         let enough = Threshold::SLOPE * at_low.abs();

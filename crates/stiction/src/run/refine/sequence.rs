@@ -195,7 +195,7 @@ pub fn solve_to_accuracy(
             break Some(format!("{MOST_LEVELS} meshes were solved"));
         }
         let needed = sequence.needed(accuracy).filter(|_| sequence.levels.len() >= PREDICTING_LEVELS);
-        let most = most_unknowns(accuracy, &sequence, &limit, peak);
+        let most = most_unknowns(&sequence, &limit, peak);
         if let Some(why) = needed.and_then(|needed| out_of_reach(needed, most)) {
             break Some(why);
         }
@@ -277,21 +277,20 @@ fn decided(prepared: &Prepared) -> Vec<Fixed> {
     prepared.contact_of.iter().enumerate().map(of_surface).collect()
 }
 
-/// The most unknowns that may be solved, as far as the levels tell: memory grows with them in proportion once it is more
-/// than the program's own.
-fn most_unknowns(accuracy: &AccuracySpec, sequence: &Sequence, limit: &MemoryLimit, peak: Option<u64>) -> f64 {
-    let asked = accuracy.max_unknowns.map_or(f64::INFINITY, |most| most as f64);
+/// The most unknowns that memory allows, as far as the levels tell: it grows with them in proportion once it is more
+/// than the program's own. `max_unknowns` ends the sequence where it is met: up to there the user has agreed to the time, and
+/// predictions may be ten times too large.
+fn most_unknowns(sequence: &Sequence, limit: &MemoryLimit, peak: Option<u64>) -> f64 {
     let last = sequence.levels.last().map_or(0.0, |level| level.unknowns as f64);
-    let by_memory = match (limit.bytes, peak) {
+    match (limit.bytes, peak) {
         (Some(limit), Some(peak)) if peak > OWN_MEMORY => last * limit as f64 / peak as f64,
         _ => f64::INFINITY,
-    };
-    asked.min(by_memory)
+    }
 }
 
 /// Why a goal that needs so many unknowns is given up where there may be `most`.
 fn out_of_reach(needed: f64, most: f64) -> Option<String> {
-    (needed > BEYOND * most).then(|| format!("the goal is far beyond the {most:.0} unknowns that may be solved"))
+    (needed > BEYOND * most).then(|| format!("the goal is far beyond the {most:.0} unknowns that memory allows"))
 }
 
 /// What the sum of the indicators has to fall to, where the energy norm is all that is missing.

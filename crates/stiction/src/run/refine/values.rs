@@ -8,7 +8,7 @@ use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, mean, norm, sub};
 use crate::run::pose::Prepared;
 use crate::run::pose::frames::frames;
-use crate::run::solve::{AnswerRecord, Named, Outcome, Totals, ValueRecord, edges, pair_totals};
+use crate::run::solve::{AnswerRecord, LARGEST_PRESSURE, Named, Outcome, Totals, ValueRecord, edges, pair_totals};
 
 /// On the safe side of what the sequence says: of 491 bars on bricks, Hertz's contact, a punch, two bodies and a bolted joint 473 hold,
 /// half of which are over 8.1 times the error (`bench/error_bars.py`, note on error bars, 2026-11-25). On 390 of them a factor of 2
@@ -29,6 +29,9 @@ const SINGULAR: f64 = 0.15;
 /// Ratios of sizes of cells that are halved, and twice halved, rounding left aside.
 const HALVED: f64 = 1.99;
 const TWICE_HALVED: f64 = 3.98;
+/// Contact with more of its area at its edge, where cells have open and closed points, is too narrow for the cells: fewer than four rows of points
+/// lie across it, and its peak follows their size without being singular.
+const NARROW: f64 = 0.5;
 /// A mesh says something of a peak of another one whose cells there are smaller by this factor; two bisections give 1.59.
 const FINER: f64 = 1.2;
 
@@ -51,13 +54,22 @@ pub(super) struct Value {
     pub least: f64,
     /// The size of the cells where a peak is, length.
     pub peak: Option<f64>,
+    /// Whether contact is too narrow for these cells to tell of its peak.
+    #[serde(default)]
+    pub narrow: bool,
 }
 
 /// All of them, in the same order on each mesh.
 pub(super) fn values(prepared: &Prepared, outcome: &Outcome) -> Vec<Value> {
     let answer = AnswerRecord::of(prepared, outcome);
-    let plain =
-        |name: String, sort: Sort, value: f64| Value { name, sort, value, least: LEAST * value.abs(), peak: None };
+    let plain = |name: String, sort: Sort, value: f64| Value {
+        name,
+        sort,
+        value,
+        least: LEAST * value.abs(),
+        peak: None,
+        narrow: false,
+    };
     let mut all = Vec::new();
     let flattened: Vec<f64> = prepared.facts.contacts.iter().map(|contact| flattened(&contact.surface)).collect();
     for ((pair, edge), flattened) in answer.pairs.iter().zip(edges(prepared, outcome)).zip(&flattened) {
@@ -76,7 +88,8 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome) -> Vec<Value> {
         all.push(Value { least: at_edge(area).max(by_curves(area)), ..plain(of("contact area"), Sort::Other, area) });
         all.push(Value { least: at_edge(mean).max(by_curves(mean)), ..plain(of("mean pressure"), Sort::Other, mean) });
         let peak = max_pressure_at.and_then(|at| cell_size(&prepared.mesh, at));
-        all.push(Value { peak, ..plain(of("largest pressure"), Sort::Pressure, max_pressure) });
+        let narrow = edge > NARROW * area;
+        all.push(Value { peak, narrow, ..plain(of(LARGEST_PRESSURE), Sort::Pressure, max_pressure) });
     }
     for bolt in &answer.bolts {
         all.push(plain(format!("force of bolt \"{}\"", bolt.name), Sort::Force, bolt.force));
@@ -156,7 +169,7 @@ pub(super) fn bar(values: &[&Value], error: &[f64]) -> Option<f64> {
     // A peak is known once its cells have been halved and it no longer follows them.
     let has_settled =
         last.peak.is_none() || [FINER, HALVED].iter().all(|&coarser| rises(values, coarser) == Some(false));
-    if values.len() < LEAST_LEVELS || !has_settled {
+    if values.len() < LEAST_LEVELS || !has_settled || last.narrow {
         return None;
     }
     let is_coarser = |value: &Value| match (value.peak, last.peak) {
@@ -184,7 +197,9 @@ fn rises(peaks: &[&Value], coarser: f64) -> Option<bool> {
 
 /// Whether a peak grows without bound: it rises with a power of the size of its cells, over the last halving and over two.
 pub(super) fn is_unbounded(peaks: &[&Value]) -> bool {
-    [HALVED, TWICE_HALVED].iter().all(|&coarser| rises(peaks, coarser) == Some(true))
+    // Peaks of contact that was too narrow for the cells say nothing.
+    let from = peaks.iter().rposition(|peak| peak.narrow).map_or(0, |last| last + 1);
+    [HALVED, TWICE_HALVED].iter().all(|&coarser| rises(&peaks[from..], coarser) == Some(true))
 }
 
 /// The values of the last mesh with their bars.
@@ -217,7 +232,7 @@ mod tests {
     use super::*;
 
     fn plain(value: f64) -> Value {
-        Value { name: "force".into(), sort: Sort::Force, value, least: LEAST * value.abs(), peak: None }
+        Value { name: "force".into(), sort: Sort::Force, value, least: LEAST * value.abs(), peak: None, narrow: false }
     }
 
     fn peak(value: f64, size: f64) -> Value {
@@ -274,6 +289,9 @@ mod tests {
         // Neither is one that has grown while contact was not resolved.
         let resolved: Vec<Value> = [1.0, 0.5, 0.25, 0.125].map(|h: f64| peak(1.0 / h.max(0.25), h)).to_vec();
         assert!(!unbounded(&resolved));
+        // Nor one that grows with the cells because contact is narrower than they are.
+        let narrow: Vec<Value> = singular.iter().map(|peak| Value { narrow: true, ..peak.clone() }).collect();
+        assert!(!unbounded(&narrow) && bar(&narrow.iter().collect::<Vec<_>>(), &[0.3, 0.2, 0.1, 0.05]).is_none());
         // Two meshes are not enough, and cells have to shrink.
         assert!(!unbounded(&singular[2..]));
         assert!(!unbounded(&[1.0, 2.0, 4.0, 8.0].map(|value| peak(value, 1.0))));

@@ -2,7 +2,7 @@
 
 use super::rows::Rows;
 use crate::io::text::number;
-use crate::run::solve::{AccuracyRecord, BoundRecord, GoalRecord, LevelRecord, ValueRecord};
+use crate::run::solve::{AccuracyRecord, BoundRecord, GoalRecord, LARGEST_PRESSURE, LevelRecord, ValueRecord};
 
 /// Bars of values below this part of them are printed as such a part.
 const SMALLEST: f64 = 1e-6;
@@ -12,12 +12,12 @@ pub(in crate::run) const ESTIMATED: &str = "the error of the stresses in the mea
 
 /// What the sequence of meshes has reached, and its values.
 pub(in crate::run) fn rows(rows: &mut Rows, accuracy: &AccuracyRecord) {
-    let goals: Vec<String> = accuracy.goals.iter().map(goal).collect();
+    let goals: Vec<String> = accuracy.goals.iter().map(|of| goal(of, &accuracy.values)).collect();
     let verdict = if accuracy.reached { "reached" } else { "NOT REACHED" };
     let last = accuracy.levels.last().map_or(0, |level| level.level + 1);
     rows.add("accuracy", format!("{verdict} on mesh {last}: {}", goals.join(", ")));
     if let Some(why) = &accuracy.ended {
-        let needed = accuracy.needed_unknowns.map(|needed| format!("; about {} unknowns are needed", rounded(needed)));
+        let needed = accuracy.needed_unknowns.map(|needed| format!("; {} unknowns are needed", rounded(needed)));
         rows.more(format!("refinement ended: {why}{}", needed.unwrap_or_default()));
     }
     accuracy.values.iter().for_each(|value| rows.more(with_bar(value)));
@@ -41,7 +41,11 @@ pub(super) fn bound(rows: &mut Rows, bound: &BoundRecord) {
 }
 
 /// A goal and what was reached.
-fn goal(goal: &GoalRecord) -> String {
+fn goal(goal: &GoalRecord, values: &[ValueRecord]) -> String {
+    let mut peaks = values.iter().filter(|value| value.name.starts_with(LARGEST_PRESSURE)).peekable();
+    if goal.name == "pressure" && peaks.peek().is_some() && peaks.all(|peak| peak.value.is_none()) {
+        return "pressure grows without bound and is no goal".into();
+    }
     let reached = goal.reached.map_or("not known yet".to_string(), percent);
     let name = if goal.name == "energy" { "energy norm" } else { &goal.name };
     format!("{name} {reached} ({} asked)", percent(goal.asked))
@@ -83,5 +87,11 @@ pub(in crate::run) fn percent(part: f64) -> String {
 
 /// Two digits.
 fn rounded(count: f64) -> String {
-    if count >= 1e6 { format!("{:.1} million", count / 1e6) } else { format!("{:.0} 000", (count / 1000.0).max(1.0)) }
+    if count >= 1e9 {
+        "more than a thousand million".into()
+    } else if count >= 1e6 {
+        format!("about {:.1} million", count / 1e6)
+    } else {
+        format!("about {:.0} 000", (count / 1000.0).max(1.0))
+    }
 }

@@ -77,6 +77,9 @@ impl LevelRecord {
     }
 }
 
+/// Name of the largest pressure of a contact among the values, before that of the contact.
+pub(in crate::run) const LARGEST_PRESSURE: &str = "largest pressure";
+
 /// A number of the last mesh.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ValueRecord {

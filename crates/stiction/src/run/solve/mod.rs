@@ -31,6 +31,7 @@ pub(super) use contact_edge::edges;
 pub(super) use contact_terms::contact_terms;
 pub use couplings::{CouplingState, coupling_states};
 pub use discretisation::discretisation_error;
+pub(in crate::run) use levels::LARGEST_PRESSURE;
 pub use levels::{AccuracyRecord, GoalRecord, LevelRecord, ValueRecord};
 pub use passing::widened;
 pub use path::{Event, Outcome, Settings, StepLine, solve};

@@ -1,0 +1,66 @@
+//! Curved bodies that touch: nothing presses before they overlap.
+
+use stiction::run::{Outcome, Prepared, pair_totals};
+use stiction_fixtures::case_run::solved;
+
+const STEEL: &str = "[materials.steel]\nyoung = 210e3\npoisson = 0.3\n";
+
+fn normal_force(run: &(Outcome, Prepared), pair: &str) -> f64 {
+    pair_totals(&run.1, &run.0).iter().find(|(name, _)| name == pair).unwrap().1.normal_force
+}
+
+/// Half a ring of radius 10 whose lowest place is `clearance` above y = -10, its nodes turned by some degrees; its bore is moved down by
+/// `down`, and nothing moves along z.
+fn ring(element: &str, turn: f64, down: f64, table: &str, against: &str) -> String {
+    format!(
+        "{table}[mesh.parts.ring]\nring = {{ radii = [4, 10], height = 4, degrees = 180, cells = [4, 20, 1], element = \"{element}\" }}\n\
+         turn = {{ axis = [0, 0, 1], degrees = {} }}\n{STEEL}[[fix]]\non = [\"ring.z-min\", \"ring.z-max\"]\ncomponents = \"z\"\n\
+         [[fix]]\non = \"ring.inner\"\ncomponents = \"xy\"\nvalue = [0, {}]\n\
+         [[contact]]\nname = \"foot\"\non = \"ring.outer\"\nagainst = {against}\nfriction = {{ coulomb = 0.2 }}\n",
+        180.0 + turn,
+        -down,
+    )
+}
+
+/// The table lies this far below the ring: more than arcs of the second order stand out between the nodes of a circle.
+const CLEARANCE: f64 = 5e-4;
+
+fn table(element: &str) -> String {
+    format!(
+        "[mesh.parts.table]\nblock = {{ size = [20, 10, 4], cells = [12, 6, 1], origin = [-10, {}, 0], element = \"{element}\" }}\n\
+         [[fix]]\non = \"table.y-min\"\n[[fix]]\non = [\"table.z-min\", \"table.z-max\"]\ncomponents = \"z\"\n",
+        -20.0 - CLEARANCE
+    )
+}
+
+/// The dual functions are negative in places: the weighted gap of a ring over a table may be an overlap of `h²/(12 R)`, a third of a
+/// percent of a cell here, where there is none. Statics: bodies that do not touch do not press.
+#[test]
+fn a_ring_that_nothing_presses_does_not_press_its_table_however_its_nodes_lie() {
+    for turn in [0.0, 1.0, 2.5, 4.5, 6.0] {
+        for element in ["hex20", "tet10"] {
+            let plane = format!("{{ plane = {{ point = [0, {}, 0], normal = [0, 1, 0] }} }}", -10.0 - CLEARANCE);
+            let run = solved(&ring(element, turn, 0.0, "", &plane));
+            assert_eq!(normal_force(&run, "foot"), 0.0, "{element} turned by {turn} on a plane");
+            for (below, slave) in [("hex8", "on"), ("hex20", "on"), ("hex8", "against"), ("tet10", "against")] {
+                let against = format!("\"table.y-max\"\nslave = \"{slave}\"");
+                let run = solved(&ring(element, turn, 0.0, &table(below), &against));
+                let force = normal_force(&run, "foot");
+                assert_eq!(force, 0.0, "{element} turned by {turn} on {below}, points on the surface in `{slave}`");
+            }
+        }
+    }
+}
+
+/// Pressed until the contact is nearly two cells wide the force is the same wherever the nodes are: a turn of the mesh is none of the body.
+#[test]
+fn the_force_of_a_ring_does_not_depend_on_where_its_nodes_are() {
+    for (element, slave) in [("hex20", "on"), ("tet10", "on"), ("hex20", "against")] {
+        let forces = [0.0, 2.5, 4.5, 6.0].map(|turn| {
+            let against = format!("\"table.y-max\"\nslave = \"{slave}\"");
+            normal_force(&solved(&ring(element, turn, 0.2, &table("hex8"), &against)), "foot")
+        });
+        let [low, high] = [f64::min, f64::max].map(|of| forces.into_iter().reduce(of).unwrap());
+        assert!(high < 1.03 * low, "{element} {slave}: {forces:?}");
+    }
+}
