@@ -36,7 +36,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=10_000))]
     starts: Option<u16>,
     /// Refine the mesh until the error in the energy norm is below this, short for --set accuracy.energy=P%
-    #[arg(long, value_name = "P%")]
+    #[arg(long, value_name = "P%", allow_hyphen_values = true)]
     accuracy: Option<String>,
     /// A folder outside that of a mesh file from which an .inp may include files; may be given several times
     #[arg(long, value_name = "DIR")]

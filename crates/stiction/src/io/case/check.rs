@@ -56,6 +56,12 @@ impl Check<'_> {
     fn unknown(&self, at: &At, name: &str, rules: &'static Rules, label: &str) -> Error {
         let valid: Vec<_> = rules.keys.iter().map(|k| k.name).collect();
         let shown: String = name.chars().take(40).collect();
+        let is_of_obstacle = ["this [[contact]]", "`plane`", "`sphere`", "`cylinder`"].contains(&label);
+        if name == "motion" && is_of_obstacle {
+            let remedy =
+                "put it into `against`, beside the obstacle: against = { plane = { .. }, motion = [0, 0, \"-0.1*t\"] }";
+            return self.error(at, format!("{label} has no key \"motion\""), remedy);
+        }
         let guess = nearest(name, valid.iter().copied()).map_or(String::new(), |g| format!("did you mean `{g}`? "));
         self.error(
             at,

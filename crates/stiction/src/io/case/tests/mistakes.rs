@@ -27,6 +27,7 @@ fn unknown_keys_are_answered_with_the_nearest_valid_one() {
     fails("tolerance =", "tolerence =", "18:1", &["did you mean `tolerance`?", "max_iterations", "^^^^^^^^^"]);
     fails("young =", "yuong =", "6:1", &["[materials.steel] has no key", "`young`", "poisson"]);
     fails("size = [3", "sise = [3", "4:11", &["`block` has no key", "did you mean `size`?"]);
+    fails("normal =", "motion =", "15:42", &["`plane` has no key", "into `against`"]);
     fails("[solver]", "[solvre]", "17:2", &["the case file has no key", "`solver`"]);
     fails("[[contact]]", "[[kontakt]]", "13:3", &["contact"]);
     fails("normal =", "norm =", "15:42", &["`plane` has no key", "`normal`"]);
