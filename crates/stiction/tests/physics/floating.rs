@@ -445,3 +445,24 @@ fn a_column_of_fifty_blocks_is_solved_in_the_cycles_of_a_few() {
     let found = totals(&prepared, &outcome).normal_force;
     assert!((found / wanted - 1.0).abs() < 1e-7, "{found} for {wanted}");
 }
+
+/// A plate that is pushed and whose table has no support: it goes away without a force, which hardly anybody means.
+#[test]
+fn a_body_without_support_that_nothing_presses_is_named() {
+    let text = |fix: &str| {
+        format!(
+            "[mesh.parts.table]\nblock = {{ size = [4, 4, 1], cells = [2, 2, 1], element = \"hex8\" }}\n\
+             [mesh.parts.plate]\nblock = {{ size = [3, 3, 1], origin = [0.5, 0.5, 1], cells = [2, 2, 1], element = \"hex8\" }}\n\
+             [materials.m]\nyoung = 1000\npoisson = 0.3\n[[fix]]\non = \"plate.z-max\"\nvalue = [0, 0, -0.05]\n{fix}\
+             [[contact]]\non = \"plate.z-min\"\nagainst = \"table.z-max\"\nfriction = {{ coulomb = 0.4 }}\n"
+        )
+    };
+    let told = |fix: &str| {
+        let run = case_run::solved(&text(fix));
+        stiction::run::report(&run.1, &run.0).to_string()
+    };
+    let free = told("");
+    assert!(free.contains("body \"table\" has no support, and no force acts on it"), "{free}");
+    let held = told("[[fix]]\non = \"table.z-min\"\n");
+    assert!(!held.contains("has no support"), "{held}");
+}

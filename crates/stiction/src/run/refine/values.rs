@@ -6,10 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::{Friction, Pair, SurfaceFacts};
 use crate::fem::full_displacement;
+use crate::friction::PointState;
 use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, mean, norm, sub};
 use crate::run::pose::Prepared;
 use crate::run::pose::frames::frames;
+use crate::run::solve::tractions::tractions;
 use crate::run::solve::{AnswerRecord, LARGEST_PRESSURE, Named, Outcome, Totals, ValueRecord, edges, pair_totals};
 
 /// On the safe side of what the sequence says: of 491 bars on bricks, Hertz's contact, a punch, two bodies and a bolted joint 473 hold,
@@ -37,6 +39,8 @@ const TWICE_HALVED: f64 = 3.98;
 /// Contact with more of its area at its edge, where cells have open and closed points, is too narrow for the cells: fewer than four rows of points
 /// lie across it, and its peak follows their size without being singular.
 const NARROW: f64 = 0.5;
+/// Where no pressure in contact is a smaller part of the mean, as in a fit or under a uniform load, finer points would hardly open.
+const EVEN: f64 = 0.75;
 /// A mesh says something of a peak of another one whose cells there are smaller by this factor; two bisections give 1.59.
 const FINER: f64 = 1.2;
 
@@ -59,7 +63,8 @@ pub(super) struct Value {
     pub least: f64,
     /// The size of the cells where a peak is, length.
     pub peak: Option<f64>,
-    /// Of what the points of a contact tell, how many there are: a mesh with as many says nothing of it.
+    /// Of an area whose pressure falls off, and its mean pressure, how many contact points there are: a mesh with as many says nothing of
+    /// them.
     #[serde(default)]
     pub points: Option<usize>,
     /// No bar is a smaller part of the value than this part of the square of the estimate.
@@ -86,6 +91,7 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome) -> Vec<Value> {
     let mut all = Vec::new();
     let flattened: Vec<f64> = prepared.facts.contacts.iter().map(|contact| flattened(&contact.surface)).collect();
     let pairs = answer.pairs.iter().zip(&prepared.problem.labels.pairs);
+    let tractions = tractions(prepared, outcome, &frames(prepared));
     for (((pair, label), edge), flattened) in pairs.zip(edges(prepared, outcome)).zip(&flattened) {
         let Totals { normal_force, tangential_force, stick_area, slip_area, max_pressure, max_pressure_at, .. } =
             pair.totals;
@@ -99,7 +105,9 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome) -> Vec<Value> {
         }
         let mean = if area > 0.0 { normal_force / area } else { 0.0 };
         let at_edge = |value: f64| if area > 0.0 { value.abs() * (0.5 * edge / area).max(LEAST) } else { 0.0 };
-        let points = Some(label.points.len());
+        let closed = label.points.clone().filter(|&j| outcome.solution.states[j] != PointState::Open);
+        let least = closed.map(|j| tractions.points[j][0]).fold(f64::INFINITY, f64::min);
+        let points = (least < EVEN * mean).then_some(label.points.len());
         for (what, value) in [("contact area", area), ("mean pressure", mean)] {
             let least = at_edge(value).max(by_curves(value));
             all.push(Value { least, points, ..plain(of(what), Sort::Other, value) });

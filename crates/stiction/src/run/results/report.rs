@@ -7,7 +7,7 @@ use super::method_text;
 use super::overlap_text;
 use super::rows::{Row, Rows, print};
 use super::smallness_text;
-use crate::certificate::{Certificate, Part, PartMeasure};
+use crate::certificate::{BodyBalance, Certificate, Part, PartMeasure};
 use crate::contact::Friction;
 use crate::contact::equilibrium::in_words;
 use crate::contact::escape::Escape;
@@ -76,6 +76,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     let of_steps = outcome.steps.iter().map(|step| (step.answer.smallness.as_ref(), step.t));
     let left = smallness_text::warnings(outcome.smallness.as_ref(), of_steps);
     left.into_iter().for_each(|warning| rows.add("warning", warning));
+    left_alone(prepared, outcome).into_iter().for_each(|warning| rows.add("warning", warning));
     couple_rows(&mut rows, &couples(prepared, &outcome.solution.u, &outcome.solution.lambda));
     displacement_row(&mut rows, largest_displacement(prepared, outcome));
     outcome.smallness.iter().for_each(|of| rows.add("deformation", smallness_text::line(of)));
@@ -155,6 +156,26 @@ pub(in crate::run) fn couple_rows(rows: &mut Rows, couples: &[Couple]) {
         let remedy = "mesh the surfaces where they touch, or move one there";
         rows.add("warning", format!("contact \"{pair}\": {what} {moment} is left, {part} of them; {remedy}"));
     }
+}
+
+/// Bodies among several that nothing holds and nothing presses: a support may have been forgotten.
+fn left_alone(prepared: &Prepared, outcome: &Outcome) -> Vec<String> {
+    let certificate = &outcome.solution.certificate;
+    let Some(bodies) = prepared.problem.labels.bodies.as_ref().filter(|bodies| bodies.list.len() > 1) else {
+        return Vec::new();
+    };
+    let floats = |unknown: &u32| bodies.of[*unknown as usize];
+    let floating = prepared.motions.bodies.iter().filter_map(|body| body.unknowns.first().map(floats));
+    let names: Vec<&str> = floating.map(|body| &bodies.list[body as usize].name[..]).collect();
+    let is_alone = |body: &&BodyBalance| {
+        names.contains(&&body.name[..])
+            && [body.load, body.support, body.contact].iter().all(|force| *force == [0.0; 3])
+    };
+    let sentence = |body: &BodyBalance| {
+        let remedy = "if it is to take forces, add a [[fix]] for it, or a load that presses it";
+        format!("body \"{}\" has no support, and no force acts on it: its place says nothing; {remedy}", body.name)
+    };
+    certificate.bodies.iter().filter(is_alone).map(sentence).collect()
 }
 
 /// The largest displacement, and where it is.
