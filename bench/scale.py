@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How far `stiction-mpi` would scale: a model from counts, with its table and its chart.
 
-    python3 bench/scale.py measure PROGRAM   # bricks on 1 to 64 ranks on this machine: bench/results/2026-11-26-ranks.json
+    python3 bench/scale.py measure PROGRAM   # bricks on 1 to 64 ranks on this machine: bench/results/2026-11-28-ranks.json
     python3 bench/scale.py                   # docs/scale.md (its tables) and docs/scale.png; needs matplotlib
 
 What is counted (nodes and entries of the levels, ghosts, exchanges, bytes, sums) does not depend on the machine. What is
@@ -17,7 +17,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-COUNTS = ROOT / "bench" / "results" / "2026-11-26-ranks.json"
+COUNTS = ROOT / "bench" / "results" / "2026-11-28-ranks.json"
 PAGE = ROOT / "docs" / "scale.md"
 CHART = ROOT / "docs" / "scale.png"
 
@@ -101,6 +101,7 @@ class Model:
         divided = [r for r in runs if r["ranks"] >= 8 and r["element"] == "tet4"]
         # Ghosts of a part grow with its surface.
         self.surface = max(r["most"]["ghosts"] / r["most"]["nodes"] ** (2 / 3) for r in divided)
+        self.sums = math.ceil(max(r["most"]["sums_per_cycle"] for r in divided))
         reference = levels_of(2e6, self.shape)
         work = sum(v * e for v, (_, e) in zip(visits_of(reference), reference))
         self.second = COST["cycle"] * 2 / work
@@ -137,7 +138,7 @@ class Model:
                     parts["halos"] += 2 * visits_above * self.exchange(size, here, math.ceil(given) - 1)
             above, visits_above = here, count
         if ranks > 1:
-            parts["sums"] = 8 * 2 * self.tree(32, ranks)
+            parts["sums"] = self.sums * 2 * self.tree(32, ranks)
         return parts
 
     def efficiency(self, unknowns, ranks):

@@ -1,7 +1,5 @@
 //! What engineers read from an answer, and how far it may be off, from a sequence of meshes.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 
 use crate::contact::{Friction, Pair, SurfaceFacts};
@@ -20,9 +18,9 @@ use crate::run::solve::{AnswerRecord, LARGEST_PRESSURE, Named, Outcome, Totals, 
 const SAFETY: f64 = 1.75;
 /// No bar is smaller than this part of its value: the solver leaves about as much.
 const LEAST: f64 = 1e-6;
-/// The energy is off by the square of the error in its norm, as a part of it, and so are displacements that loads bring about: of two bodies the largest
-/// ones were off by 0.13 and 0.26 of it where they had hardly changed on three meshes.
-const OF_SQUARE: f64 = 0.3;
+/// The energy is off by the square of the error in its norm, as a part of it, and so are displacements that loads bring about. The largest one
+/// may also be prescribed on coarse meshes, and no longer on finer ones: off by 0.13 to 0.4 of the square in eight of 60 cases of two blocks.
+const OF_SQUARE: f64 = 0.5;
 /// Meshes before the last that are asked.
 const BEFORE: usize = 3;
 /// A mesh says something of another one whose estimate is smaller by this factor.
@@ -122,22 +120,9 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome) -> Vec<Value> {
     let displacement = answer.displacement_max;
     let by_curves = SAFETY * displaced_by_curves(prepared, outcome, &flattened);
     let largest = plain("largest displacement".into(), Sort::Displacement, displacement);
-    let is_prescribed = largest_prescribed(prepared) >= (1.0 - LEAST) * displacement;
-    let of_square = if is_prescribed { 0.0 } else { OF_SQUARE };
-    all.push(Value { least: by_curves.max(LEAST * displacement), of_square, ..largest });
+    all.push(Value { least: by_curves.max(LEAST * displacement), of_square: OF_SQUARE, ..largest });
     all.push(plain("energy".into(), Sort::Other, answer.energy));
     all
-}
-
-/// The largest prescribed displacement of a node, length.
-fn largest_prescribed(prepared: &Prepared) -> f64 {
-    let dofs = &prepared.model.dofs;
-    let mut squares: BTreeMap<u32, f64> = BTreeMap::new();
-    dofs.prescribed
-        .iter()
-        .zip(&dofs.value)
-        .for_each(|(dof, value)| *squares.entry(dof / 3).or_default() += value * value);
-    squares.into_values().fold(0.0, f64::max).sqrt()
 }
 
 /// The part of the area of curved faces that the flat pieces leave out which stand for them. Contact forces along the normals of single
