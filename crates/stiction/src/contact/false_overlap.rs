@@ -12,8 +12,8 @@
 /// add, as on facets of a shaft in its hub, gaps are the means that they are.
 const REAL: f64 = 2.0;
 
-/// A weighted gap over the sum of its weights, and the `least` distance where its function does not vanish: the gap that is no overlap which
-/// the surfaces do not have.
+/// The weighted gap without an overlap that the surfaces do not have; `least` is the least distance where its function does not vanish, times the
+/// sum of the weights. Both are lengths, negative where surfaces overlap.
 pub(super) fn without_false_overlap(gap: f64, least: f64) -> f64 {
     gap.max(-REAL * (-least).max(0.0))
 }

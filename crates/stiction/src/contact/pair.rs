@@ -32,7 +32,7 @@ const LEAST_COVER: f64 = 0.02;
 /// Nodes of one smooth side have normals with a larger cosine.
 const SIDE: f64 = 0.5;
 /// Gaps below this part of a face's size are rounding.
-const TOUCHING: f64 = 1e-6;
+pub(super) const TOUCHING: f64 = 1e-6;
 
 /// What two surfaces meet of one another, and which nodes of the slave could carry multipliers.
 pub(super) struct Matched<'a> {
@@ -208,7 +208,7 @@ pub(super) fn points_of_pair(
         let tangents = [frame[1], frame[2]].map(|tangent| dofs.components(row.node, tangent));
         refuse_dragging(&constrained, imposed, along, row.node, x, &surface.friction, &tangents)?;
         let gap = initial_gap(mesh, &row, normal, &master.gap, &outward);
-        let gap = gap_among(&distances[&row.node], gap / row.unity_sum, &master.gap) * row.unity_sum;
+        let gap = gap_among(&distances[&row.node], gap, row.unity_sum, &master.gap);
         let visible = gap / row.unity_sum;
         found.guided += usize::from(frame[2] == [0.0; 3]);
         found.held_along_surface += usize::from(is_held_along(dofs, row.node, &tangents));
@@ -338,13 +338,14 @@ fn distances(mesh: &Mesh, slave: &[u32], met: &[Met], patches: &Patches) -> Hash
     all
 }
 
-/// A weighted gap over the sum of its weights: a mean lies among what it is of, but the dual functions, negative in places, may take it
-/// beyond.
-fn gap_among(of: &Distances, gap: f64, stated: &InitialGap) -> f64 {
+/// A weighted gap whose weights add up to `unity_sum`: a mean lies among what it is of, but the dual functions, negative in places, may
+/// take it beyond.
+fn gap_among(of: &Distances, gap: f64, unity_sum: f64, stated: &InitialGap) -> f64 {
+    let [low, high] = [of.low, of.high].map(|distance| distance * unity_sum);
     match stated {
-        _ if of.low > of.high => gap,
-        InitialGap::AsMeshed if of.several => gap.max(of.low).min(of.high),
-        InitialGap::AsMeshed | InitialGap::ClosedAt(_) => without_false_overlap(gap, of.low),
+        _ if low > high => gap,
+        InitialGap::AsMeshed if of.several => gap.max(low).min(high),
+        InitialGap::AsMeshed | InitialGap::ClosedAt(_) => without_false_overlap(gap, low),
         _ => gap,
     }
 }

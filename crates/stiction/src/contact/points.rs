@@ -7,6 +7,7 @@ use super::false_overlap::without_false_overlap;
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::mortar::FACING;
+use super::pair::TOUCHING;
 use super::tributary::{TributaryArea, areas_on_obstacle};
 use super::{ContactSurface, Friction, InterfaceStiffness, Obstacle, SurfaceFacts, SurfaceFriction};
 use crate::Error;
@@ -16,8 +17,6 @@ use crate::mesh::v3::{V3, add, dot, norm, scale, sub};
 
 /// Prescribed displacements below this part of others are rounding.
 const ROUNDING: f64 = 1e-12;
-/// Overlaps below this part of a face's size are rounding.
-const TOUCHING: f64 = 1e-9;
 
 /// A contact point: its jump is `u_node + sum(weight u_other)` along its axes.
 #[derive(PartialEq)]
@@ -169,11 +168,7 @@ pub(super) fn points_on_obstacle(
         facts.nodes.push(node);
         let (friction, orthotropy) = law(&surface.friction, &At { node, x, area, normal }, &mut frame)?;
         // A tie keeps the distance it was meshed with.
-        let gap = if friction == Friction::Bonded {
-            0.0
-        } else {
-            without_false_overlap(measured / unity_sum, least) * unity_sum
-        };
+        let gap = if friction == Friction::Bonded { 0.0 } else { without_false_overlap(measured, least * unity_sum) };
         let (stiffness, layer) = (surface.stiffness, None);
         points.push(Point {
             node,
