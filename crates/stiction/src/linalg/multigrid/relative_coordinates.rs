@@ -105,12 +105,6 @@ impl RelativeCoordinates {
         }
     }
 
-    /// The place of node `j`, if it is relative to others.
-    pub(super) fn coupled(&self, place: &[u32], j: u32) -> Option<usize> {
-        let i = place[j as usize];
-        (i != u32::MAX && !self.d.row(i as usize).0.is_empty()).then_some(i as usize)
-    }
-
     /// Transforms a coarsening step for the displacements into one for the relative displacements, whose matrix is `matrix`.
     /// `contact` are the nodes of the rows of `A P`: on one rank all that are relative, on several those of this rank.
     pub(super) fn transform_step<const C: usize>(

@@ -21,7 +21,10 @@ impl<'a> RelativeRows<'a> {
     pub(super) fn new(a: &'a Blocks<3, 3>, relative: &'a RelativeCoordinates) -> Self {
         let d = &relative.d;
         let place = places(&relative.nodes, d.cols);
-        let coupled = |j: u32| relative.coupled(&place, j);
+        let coupled = |j: u32| {
+            let i = place[j as usize];
+            (i != u32::MAX && !d.row(i as usize).0.is_empty()).then_some(i as usize)
+        };
         // The column of a changed node contributes to the columns of its row of D as well.
         let changed: Vec<u32> =
             (0..a.rows as u32).filter(|&i| a.row(i as usize).0.iter().any(|&j| coupled(j).is_some())).collect();
