@@ -125,7 +125,8 @@ pub(super) type Observe<'a> = dyn FnMut(usize, f64, [usize; 3]) -> ControlFlow<(
 /// are truncated from the hierarchy (Graeser & Kornhuber 2009), slipping points add the stiffness of their friction, and the
 /// radius of friction is the augmented normal force (Alart & Curnier 1991). One multigrid cycle gives a direction, and the
 /// energy is minimised over it and the last two or three; floating bodies far from the solution may go a part of that step
-/// (`shortened.rs`). Keeping directions across changes of the active sets is what makes the cost that of one linear solve: restarting conjugate gradients for each set costs two to four times as much.
+/// (`shortened.rs`). Keeping directions across changes of the active sets is what makes the cost that of one linear solve: restarting
+/// conjugate gradients for each set costs two to four times as much.
 pub(super) fn run(
     problem: &Subproblem<'_>,
     hierarchy: &mut Hierarchy,
