@@ -1,5 +1,6 @@
 //! The dual of an elastic problem as a [`System`]: Newton steps by GMRES, rigid motions of floating bodies as a border.
 
+use super::shared_nodes::{SharedNode, shared_nodes};
 use crate::contact::ContactProblem;
 use crate::dual::{Dual, Inverse};
 use crate::friction::law::{Linearisation, V3};
@@ -8,12 +9,17 @@ use crate::linalg::{Csr, SmallLu, Stop, axpy, dot, gmres};
 
 /// Products one linear system may take.
 const INNER_LIMIT: usize = 300;
+/// Compliance that the steps of points on a shared node get, times their stiffness: without it forces that nothing feels, or
+/// next to nothing, grow without bound. The residual knows nothing of it, and falls by about this factor a step.
+const SHARED_COMPLIANCE: f64 = 1e-3;
 
 /// `v = Q lambda - G alpha - h` with `Gᵀ lambda = Rᵀ f` on the rigid motions of floating bodies.
 pub(super) struct DualSystem<'a> {
     pub dual: &'a Dual,
     /// Local stiffness of each row, force per length; zero for an empty row of `B`.
     pub stiffness: Vec<V3>,
+    /// Points whose forces are not unique.
+    shared: Vec<SharedNode>,
     /// `Rᵀ f`, newton; empty where every body is held.
     pub resultant: Vec<f64>,
     /// Ends linear systems.
@@ -23,7 +29,8 @@ pub(super) struct DualSystem<'a> {
 impl<'a> DualSystem<'a> {
     /// With the local stiffness of `problem`; `resultant` is `Rᵀ f`.
     pub(super) fn new(problem: &ContactProblem, dual: &'a Dual, resultant: Vec<f64>, stop: &'a Stop) -> Self {
-        DualSystem { dual, stiffness: by_point(&Dual::local_stiffness(problem)), resultant, stop }
+        let stiffness = by_point(&Dual::local_stiffness(problem));
+        DualSystem { dual, stiffness, shared: shared_nodes(problem), resultant, stop }
     }
 
     /// A multiplier of point `j` without the components that have no row of `B`.
@@ -32,9 +39,20 @@ impl<'a> DualSystem<'a> {
         std::array::from_fn(|i| if has_row[i] { lambda[i] } else { 0.0 })
     }
 
+    /// The laws with the compliance that forces at shared nodes need to be unique.
+    fn regular(&self, points: &[Linearisation]) -> Vec<Linearisation> {
+        let mut points = points.to_vec();
+        for &j in self.shared.iter().flat_map(|shared| &shared.points) {
+            let stiffness = self.stiffness[j].into_iter().fold(f64::MIN_POSITIVE, f64::max);
+            points[j] = points[j].with_compliance(SHARED_COMPLIANCE / stiffness);
+        }
+        points
+    }
+
     /// Solves the linearised laws to the relative accuracy `accuracy` by preconditioned GMRES, at most `limit` products.
     /// `imbalance` is what the present forces lack of balance.
     pub(super) fn solve(&self, points: &[Linearisation], imbalance: &[f64], accuracy: f64, limit: usize) -> Step {
+        let points = &self.regular(points);
         let equations = Equations::new(self, points);
         let jumps = &self.dual.floating.jumps;
         let border = equations.border(jumps, imbalance);
@@ -102,6 +120,8 @@ struct Equations<'a> {
     /// Diagonal of the preconditioner.
     scale: Vec<f64>,
     inverse: Inverse,
+    /// At shared nodes the numbers of their unknowns and the factor of their own equations, the preconditioner there.
+    shared: Vec<(Vec<usize>, SmallLu)>,
 }
 
 /// The rigid motions of floating bodies within a Newton step: further unknowns `alpha`, whose equations are the balance
@@ -145,6 +165,7 @@ impl<'a> Equations<'a> {
             count: points.iter().map(|p| p.unknowns).sum(),
             scale: Vec::new(),
             inverse: Inverse::Dirichlet,
+            shared: Vec::new(),
         };
         // A slipping point has at most two unknowns, a sticking one three. Among slipping points the lumped inverse takes as
         // few products as the exact one and costs nothing; among sticking ones the exact one takes a third of them.
@@ -155,7 +176,28 @@ impl<'a> Equations<'a> {
         let scale =
             |(j, k, p): (usize, usize, &Linearisation)| 1.0 / (1.0 + p.compliance[k] * local(j, &p.rows[k])).sqrt();
         equations.scale = equations.each().map(scale).collect();
+        if !system.shared.is_empty() {
+            let first: Vec<usize> =
+                points.iter().scan(0, |sum, p| Some(std::mem::replace(sum, *sum + p.unknowns))).collect();
+            equations.shared = system.shared.iter().map(|shared| equations.at_shared_node(shared, &first)).collect();
+        }
         equations
+    }
+
+    /// The equations of a shared node as if all other nodes were held. The unknowns of point `j` begin at `first[j]`.
+    fn at_shared_node(&self, shared: &SharedNode, first: &[usize]) -> (Vec<usize>, SmallLu) {
+        let each: Vec<(usize, usize, usize)> = (shared.points.iter().enumerate())
+            .flat_map(|(place, &j)| (0..self.points[j].unknowns).map(move |k| (place, j, k)))
+            .collect();
+        let entry = |&(place, j, k): &(usize, usize, usize), &(other, i, l): &(usize, usize, usize)| {
+            let (p, column) = (&self.points[j], &self.points[i].columns[l]);
+            let moved =
+                |r: usize| -> f64 { (0..3).map(|s| shared.compliance[3 * place + r][3 * other + s] * column[s]).sum() };
+            let own = if (j, k) == (i, l) { p.compliance[k] } else { 0.0 };
+            p.weight[k] * ((0..3).map(|r| p.rows[k][r] * moved(r)).sum::<f64>() + own)
+        };
+        let matrix = each.iter().map(|row| each.iter().map(|column| entry(row, column)).collect()).collect();
+        (each.iter().map(|&(_, j, k)| first[j] + k).collect(), SmallLu::new(matrix))
     }
 
     /// Every unknown: its point, its number there and the law of the point.
@@ -205,6 +247,10 @@ impl<'a> Equations<'a> {
         }
         let mut result = self.restrict(&self.dual.approximate_inverse(&full, self.inverse));
         result.iter_mut().zip(&self.scale).for_each(|(r, w)| *r *= w);
+        for (unknowns, lu) in &self.shared {
+            let own: Vec<f64> = unknowns.iter().map(|&i| x[i]).collect();
+            unknowns.iter().zip(lu.solve(&own)).for_each(|(&i, y)| result[i] = y);
+        }
         result
     }
 

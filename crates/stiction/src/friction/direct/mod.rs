@@ -4,6 +4,7 @@ mod coulomb;
 mod dual_system;
 mod proximal;
 pub(super) mod rigid_start;
+mod shared_nodes;
 mod solve;
 mod starts;
 
