@@ -154,34 +154,40 @@ pub(super) fn summed<const R: usize, const C: usize>(
     })
 }
 
-/// The coarse level of a step on fewer ranks: the first of each `group` of consecutive ones takes the nodes of the others. These
-/// keep their rows of the prolongation and of `A P`, with all columns as ghosts.
-pub(super) fn gathered<const R: usize>(step: Coarser<R>, group: usize) -> Coarser<R> {
+/// The coarse level of a step on fewer ranks: in each `group` of consecutive ones that at `place` (the last one of a group that has
+/// no such rank) takes the nodes of the others. These keep their rows of the prolongation and of `A P`, with all columns as ghosts.
+pub(super) fn gathered<const R: usize>(step: Coarser<R>, group: usize, place: usize) -> Coarser<R> {
     let Coarser { prolongation, a_times_p, matrix, mut kernel, halo } = step;
     let (ranks, rank) = (halo.ranks(), halo.ranks().rank());
     let first = rank - rank % group;
-    let others: Vec<usize> =
-        if rank == first { (first + 1..ranks.size().min(first + group)).collect() } else { vec![] };
+    let members = first..ranks.size().min(first + group);
+    let taker = (first + place).min(members.end - 1);
+    let others: Vec<usize> = if rank == taker { members.filter(|&other| other != taker).collect() } else { vec![] };
+    let before = others.iter().filter(|&&other| other < taker).count();
     let send = |message: Vec<u8>| -> Vec<Vec<u8>> {
-        ranks.exchange(if rank == first { vec![] } else { vec![(first, message)] }, &others)
+        ranks.exchange(if rank == taker { vec![] } else { vec![(taker, message)] }, &others)
     };
     let own_row = |i: usize| matrix.entries_of(i).map(|(j, block)| (halo.global(j as usize), block));
     let mut message = Vec::new();
-    if rank > first {
+    if rank != taker {
         (0..matrix.rows).for_each(|i| pack(own_row(i), &mut message));
     }
     let received = send(message);
     let kernels = send(to_bytes(&kernel));
-    let mut rows: Vec<Entries<6, 6>> = Vec::new();
-    if rank > first {
-        kernel.clear();
-    } else {
+    let mut rows: Vec<Entries<6, 6>> = received[..before].iter().flat_map(|bytes| unpack(bytes)).collect();
+    let begin = halo.first() - rows.len() as u64;
+    if rank == taker {
         rows.extend((0..matrix.rows).map(|i| own_row(i).map(|(j, block)| (j, *block)).collect()));
-        rows.extend(received.iter().flat_map(|bytes| unpack(bytes)));
-        kernel.extend(kernels.iter().flat_map(|bytes| from_bytes::<Kernel<6>>(bytes)));
+        rows.extend(received[before..].iter().flat_map(|bytes| unpack(bytes)));
+        let own = std::mem::take(&mut kernel);
+        kernel.extend(kernels[..before].iter().flat_map(|bytes| from_bytes::<Kernel<6>>(bytes)));
+        kernel.extend(own);
+        kernel.extend(kernels[before..].iter().flat_map(|bytes| from_bytes::<Kernel<6>>(bytes)));
+    } else {
+        kernel.clear();
     }
     // The nodes of a group are consecutive.
-    let (begin, own) = (halo.first(), rows.len());
+    let own = rows.len();
     let global = |j: &u32| halo.global(*j as usize);
     let columns = prolongation.column.iter().chain(&a_times_p.column).map(global);
     let needed = columns.chain(rows.iter().flatten().map(|entry| entry.0));
@@ -387,7 +393,7 @@ mod tests {
     fn an_agglomerated_level_is_the_same_matrix_and_the_same_space_in_the_hands_of_fewer_ranks() {
         let size = 5;
         let (a, kernel) = lattice([30, 5, 5], [1.0; 3]);
-        for group in [2, 4, 8] {
+        for (group, taker) in [(2, 0), (2, 1), (4, 0), (4, 2), (8, 4), (8, 7)] {
             let found = threads(size, |ranks| {
                 let rank = ranks.rank();
                 let own = a.rows * rank / size..a.rows * (rank + 1) / size;
@@ -407,8 +413,9 @@ mod tests {
                     (step.prolongation.times(&x), step.a_times_p.times(&x), step.matrix.times(&x))
                 };
                 let before = products(&step);
-                let fewer = gathered(step.clone(), group);
-                assert_eq!(fewer.halo.own() > 0, rank.is_multiple_of(group), "{rank} of {group}");
+                let fewer = gathered(step.clone(), group, taker);
+                let takes = rank == (rank - rank % group + taker).min(size - 1);
+                assert_eq!(fewer.halo.own() > 0, takes, "{rank} of {group}");
                 (before, products(&fewer), step.kernel, fewer.kernel)
             });
             let close = |a: &[f64], b: &[f64]| {

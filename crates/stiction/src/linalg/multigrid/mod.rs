@@ -386,14 +386,15 @@ fn aggregated(
 }
 
 /// Agglomerates a coarse level that has too few nodes for each rank: groups of consecutive ranks, the larger the fewer nodes
-/// there are, give them to their first one.
+/// there are, give them to one of them, another one for each size of group. Rank 0 has the coarsest level alone.
 fn agglomerated<const R: usize>(step: Coarser<R>) -> Coarser<R> {
     let (total, ranks) = (step.halo.total(), step.halo.ranks().size());
     let most = if total <= Threshold::COARSEST_LIMIT { 1 } else { (total / Threshold::NODES_PER_RANK).max(1) };
     // Powers of two: on coarser levels groups are made of whole groups.
     match ranks.div_ceil(most).next_power_of_two() {
         1 => step,
-        group => gathered(step, group),
+        group if total <= Threshold::COARSEST_LIMIT => gathered(step, group, 0),
+        group => gathered(step, group, group / 2),
     }
 }
 
