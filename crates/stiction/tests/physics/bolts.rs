@@ -138,6 +138,18 @@ fn a_bolt_may_be_cut_anywhere_between_its_bearing_faces() {
     }
 }
 
+/// A bolt that would have to push is told before anything is solved, at whatever step it begins to.
+#[test]
+fn a_bolt_that_is_to_push_is_refused() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/pretension/pretension.toml");
+    for (force, told) in [("-2e3", "push with 2.0000e3"), ("'2e4*min(t, 1) - 3e4*max(t - 1, 0)'", "push with")] {
+        let bolt = format!("{{ on = 'bolt', axis = [0, 0, 1], name = 'm10', force = {force} }}");
+        let case = case::read(&path, &[("bolt.0".into(), bolt)]).unwrap();
+        let error = prepare(&case).err().unwrap().to_string();
+        assert!(error.contains("bolt \"m10\" is to push with") && error.contains(told), "{error}");
+    }
+}
+
 /// With nothing under its head, where a load may act, a bolt finds nothing to press: the run says so and what to do.
 #[test]
 fn a_bolt_with_nothing_between_its_parts_is_told() {

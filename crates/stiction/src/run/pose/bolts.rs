@@ -45,7 +45,15 @@ impl Bolt {
     pub(crate) fn target(&self, step: usize, t: f64) -> Result<Target, Error> {
         match self.lock {
             Some(lock) if step > lock => Ok(Target::Locked),
-            _ if self.is_by_force() => self.value(t).map(Target::Force),
+            _ if self.is_by_force() => {
+                let force = self.value(t)?;
+                if force < 0.0 {
+                    let what = format!("bolt \"{}\" is to push with {:.4e} at t = {t}", self.name, -force);
+                    let remedy = "give the force with which it draws its parts together, zero or more";
+                    return Err(self.spot.error(what, remedy));
+                }
+                Ok(Target::Force(force))
+            }
             _ => self.value(t).map(Target::Shortening),
         }
     }
@@ -92,6 +100,10 @@ pub(crate) fn bolts(solid: &Solid, dofs: &DofMap, case: &Case, t: f64) -> Result
         let by = if bolt.is_by_force() { "force" } else { "shortening" };
         let (name, nodes, cells) = (bolt.name.clone(), bolt.cut.nodes.len(), bolt.cut.cells.len());
         facts.push(BoltFacts { name, axis, nodes, cells, by, value: bolt.value(t)? });
+        // A later step is not to end a run that has begun.
+        for (step, spec) in case.steps.iter().enumerate() {
+            bolt.target(step, spec.until)?;
+        }
         bolts.push(bolt);
     }
     Ok((bolts, facts))
