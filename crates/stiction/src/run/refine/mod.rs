@@ -7,6 +7,7 @@ mod first;
 mod marking;
 mod prediction;
 mod sequence;
+mod sharp_edges;
 mod values;
 
 pub(super) use sequence::other_case;

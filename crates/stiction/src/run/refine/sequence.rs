@@ -308,7 +308,7 @@ const PRESSURE: &str = "pressure";
 
 impl Sequence {
     fn add(&mut self, prepared: &Prepared, outcome: &Outcome, indicators: Indicators) {
-        let values = values::values(prepared, outcome);
+        let values = values::values(prepared, outcome, indicators.error);
         let of_steps: usize = outcome.steps.iter().map(|step| step.answer.counts.steps()).sum();
         let counts = &outcome.solution.counts;
         self.levels.push(LevelRecord {

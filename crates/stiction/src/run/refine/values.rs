@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::sharp_edges::largest_at_sharp_edge;
 use crate::contact::{Friction, Pair, SurfaceFacts};
 use crate::fem::full_displacement;
 use crate::friction::PointState;
@@ -68,13 +69,16 @@ pub(super) struct Value {
     /// No bar is a smaller part of the value than this part of the square of the estimate.
     #[serde(default)]
     pub of_square: f64,
+    /// Of a peak the largest pressure at a sharp edge and the size of the cells there, if contact reaches one.
+    #[serde(default)]
+    pub at_edge: Option<(f64, f64)>,
     /// Whether contact is too narrow for these cells to tell of its peak.
     #[serde(default)]
     pub narrow: bool,
 }
 
-/// All of them, in the same order on each mesh.
-pub(super) fn values(prepared: &Prepared, outcome: &Outcome) -> Vec<Value> {
+/// All of them, in the same order on each mesh, whose estimated error is `error`.
+pub(super) fn values(prepared: &Prepared, outcome: &Outcome, error: f64) -> Vec<Value> {
     let answer = AnswerRecord::of(prepared, outcome);
     let plain = |name: String, sort: Sort, value: f64| Value {
         name,
@@ -84,13 +88,16 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome) -> Vec<Value> {
         peak: None,
         points: None,
         of_square: 0.0,
+        at_edge: None,
         narrow: false,
     };
     let mut all = Vec::new();
     let flattened: Vec<f64> = prepared.facts.contacts.iter().map(|contact| flattened(&contact.surface)).collect();
     let pairs = answer.pairs.iter().zip(&prepared.problem.labels.pairs);
-    let tractions = tractions(prepared, outcome, &frames(prepared));
-    for (((pair, label), edge), flattened) in pairs.zip(edges(prepared, outcome)).zip(&flattened) {
+    let frames = frames(prepared);
+    let tractions = tractions(prepared, outcome, &frames);
+    for (number, (((pair, label), edge), flattened)) in pairs.zip(edges(prepared, outcome)).zip(&flattened).enumerate()
+    {
         let Totals { normal_force, tangential_force, stick_area, slip_area, max_pressure, max_pressure_at, .. } =
             pair.totals;
         let of = |what: &str| if answer.pairs.len() > 1 { format!("{what} of \"{}\"", pair.name) } else { what.into() };
@@ -102,17 +109,24 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome) -> Vec<Value> {
             all.push(plain(of("friction force"), Sort::Force, norm(tangential_force)));
         }
         let mean = if area > 0.0 { normal_force / area } else { 0.0 };
-        let at_edge = |value: f64| if area > 0.0 { value.abs() * (0.5 * edge / area).max(LEAST) } else { 0.0 };
-        let closed = label.points.clone().filter(|&j| outcome.solution.states[j] != PointState::Open);
-        let least = closed.map(|j| tractions.points[j][0]).fold(f64::INFINITY, f64::min);
-        let points = (least < EVEN * mean).then_some(label.points.len());
+        let closed = || label.points.clone().filter(|&j| outcome.solution.states[j] != PointState::Open);
+        let pressure = |j: usize| tractions.points[j][0];
+        let least = closed().min_by(|&a, &b| pressure(a).total_cmp(&pressure(b)));
+        let uneven = least.filter(|&j| pressure(j) < EVEN * mean);
+        // What hardly presses may be open: stresses are not known better than the estimate.
+        let light = closed().filter(|&j| uneven == Some(j) || (0.0..error * max_pressure).contains(&pressure(j)));
+        let unsure = (0.5 * edge).max(light.map(|j| prepared.problem.labels.area[j]).sum());
+        let by_edge = |value: f64| if area > 0.0 { value.abs() * (unsure / area).max(LEAST) } else { 0.0 };
+        let points = uneven.map(|_| label.points.len());
         for (what, value) in [("contact area", area), ("mean pressure", mean)] {
-            let least = at_edge(value).max(by_curves(value));
+            let least = by_edge(value).max(by_curves(value));
             all.push(Value { least, points, ..plain(of(what), Sort::Other, value) });
         }
         let peak = max_pressure_at.and_then(|at| cell_size(&prepared.mesh, at));
         let narrow = edge > NARROW * area;
-        all.push(Value { peak, narrow, ..plain(of(LARGEST_PRESSURE), Sort::Pressure, max_pressure) });
+        let sharp = largest_at_sharp_edge(prepared, outcome, (number, label), &frames, &tractions);
+        let at_edge = sharp.and_then(|(pressure, at)| Some((pressure, cell_size(&prepared.mesh, at)?)));
+        all.push(Value { peak, at_edge, narrow, ..plain(of(LARGEST_PRESSURE), Sort::Pressure, max_pressure) });
     }
     for bolt in &answer.bolts {
         all.push(plain(format!("force of bolt \"{}\"", bolt.name), Sort::Force, bolt.force));
@@ -172,10 +186,15 @@ fn cell_size(mesh: &Mesh, place: [f64; 3]) -> Option<f64> {
     cells_at(mesh, place).map(|cell| mesh.cell_volume(cell).cbrt()).reduce(f64::min)
 }
 
-/// The cells at the largest pressure of each pair.
+/// The cells at the largest pressure of each pair, and at the largest at sharp edges.
 pub(super) fn cells_at_peaks(prepared: &Prepared, outcome: &Outcome) -> Vec<u32> {
+    let frames = frames(prepared);
+    let tractions = tractions(prepared, outcome, &frames);
+    let pairs = prepared.problem.labels.pairs.iter().enumerate();
+    let at_edges = pairs.filter_map(|pair| largest_at_sharp_edge(prepared, outcome, pair, &frames, &tractions));
     let peaks = pair_totals(prepared, outcome).into_iter().filter_map(|(_, totals)| totals.max_pressure_at);
-    peaks.flat_map(|at| cells_at(&prepared.mesh, at)).map(|cell| cell as u32).collect()
+    let places = peaks.chain(at_edges.map(|(_, at)| at));
+    places.flat_map(|at| cells_at(&prepared.mesh, at)).map(|cell| cell as u32).collect()
 }
 
 /// Half the width of the error bar of the last of `values`, one for each mesh, by the estimates `error` of these meshes:
@@ -189,10 +208,7 @@ pub(super) fn bar(values: &[&Value], error: &[f64]) -> Option<f64> {
     if e <= EXACT {
         return Some(if last.least > LEAST * last.value.abs() { last.least } else { 0.0 });
     }
-    // A peak is known once its cells have been halved and it no longer follows them.
-    let has_settled =
-        last.peak.is_none() || [FINER, HALVED].iter().all(|&coarser| rises(values, coarser) == Some(false));
-    if values.len() < LEAST_LEVELS || !has_settled || last.narrow {
+    if values.len() < LEAST_LEVELS || !has_settled(values) || last.narrow {
         return None;
     }
     let is_coarser = |value: &Value| {
@@ -211,21 +227,43 @@ pub(super) fn bar(values: &[&Value], error: &[f64]) -> Option<f64> {
     Some((SAFETY * largest).max(last.least).max(last.of_square * e * e * last.value.abs()))
 }
 
-/// Whether the last of these peaks has risen with a power of the size of the cells since the last mesh on which they were `coarser`
-/// times as large; `None` without such a mesh. It may be elsewhere on each mesh, as along the rim of a punch.
-fn rises(peaks: &[&Value], coarser: f64) -> Option<bool> {
-    let (last, before) = peaks.split_last()?;
-    let size = last.peak?;
-    let since = |value: &&Value| Some((value.peak.filter(|coarse| *coarse >= coarser * size)?, value.value));
-    let (coarse, first) = before.iter().rev().find_map(since)?;
-    Some((last.value / first).log2() >= SINGULAR * (coarse / size).log2())
+/// A largest pressure, and the size of the cells where it is.
+type Peak = Option<(f64, f64)>;
+
+/// Whether a value is none of a peak, or that of one whose cells have been halved and which no longer follows them; cells at a sharp edge
+/// that contact reaches have to be halved twice, for what grows without bound begins there and is overtaken by nothing.
+fn has_settled(values: &[&Value]) -> bool {
+    let Some(last) = values.last() else { return true };
+    let is_still = |peaks: &[Peak], sizes: [f64; 2]| sizes.iter().all(|&coarser| rises(peaks, coarser) == Some(false));
+    (last.peak.is_none() || is_still(&largest(values), [FINER, HALVED]))
+        && (last.at_edge.is_none() || is_still(&at_edges(values), [HALVED, TWICE_HALVED]))
 }
 
-/// Whether a peak grows without bound: it rises with a power of the size of its cells, over the last halving and over two.
+fn largest(values: &[&Value]) -> Vec<Peak> {
+    values.iter().map(|value| Some((value.value, value.peak?))).collect()
+}
+
+fn at_edges(values: &[&Value]) -> Vec<Peak> {
+    values.iter().map(|value| value.at_edge).collect()
+}
+
+/// Whether the last of these peaks has risen with a power of the size of the cells since the last mesh on which they were `coarser`
+/// times as large; `None` without such a mesh. It may be elsewhere on each mesh, as along the rim of a punch.
+fn rises(peaks: &[Peak], coarser: f64) -> Option<bool> {
+    let (&last, before) = peaks.split_last()?;
+    let (value, size) = last?;
+    let since = |peak: &Peak| peak.filter(|(_, coarse)| *coarse >= coarser * size);
+    let (first, coarse) = before.iter().rev().find_map(since)?;
+    Some((value / first).log2() >= SINGULAR * (coarse / size).log2())
+}
+
+/// Whether a peak grows without bound: it, or the largest pressure at sharp edges, rises with a power of the size of its cells, over the last
+/// halving and over two.
 pub(super) fn is_unbounded(peaks: &[&Value]) -> bool {
     // Peaks of contact that was too narrow for the cells say nothing.
     let from = peaks.iter().rposition(|peak| peak.narrow).map_or(0, |last| last + 1);
-    [HALVED, TWICE_HALVED].iter().all(|&coarser| rises(&peaks[from..], coarser) == Some(true))
+    let grows = |peaks: Vec<Peak>| [HALVED, TWICE_HALVED].iter().all(|&coarser| rises(&peaks, coarser) == Some(true));
+    grows(largest(&peaks[from..])) || grows(at_edges(&peaks[from..]))
 }
 
 /// The values of the last mesh with their bars.
@@ -259,7 +297,17 @@ mod tests {
 
     fn plain(value: f64) -> Value {
         let (name, least) = ("force".into(), LEAST * value.abs());
-        Value { name, sort: Sort::Force, value, least, peak: None, points: None, of_square: 0.0, narrow: false }
+        Value {
+            name,
+            sort: Sort::Force,
+            value,
+            least,
+            peak: None,
+            points: None,
+            of_square: 0.0,
+            at_edge: None,
+            narrow: false,
+        }
     }
 
     fn peak(value: f64, size: f64) -> Value {
@@ -310,6 +358,31 @@ mod tests {
         assert_eq!(of([(34.0, 3.0), (34.5, 3.0), (35.0, 3.0)]), None);
         assert_eq!(of([(34.0, 3.0), (34.5, 3.0), (35.0, 2.0)]), None);
         assert_eq!(of([(34.0, 6.0), (38.0, 4.0), (48.0, 2.0)]), None);
+    }
+
+    /// A punch whose middle carries most at first: what is at its rim grows without bound and will overtake it.
+    #[test]
+    fn a_peak_has_no_bar_before_the_pressure_at_a_sharp_edge_is_known() {
+        let error = [0.3, 0.2, 0.1, 0.05];
+        let flat = |edges: [Option<(f64, f64)>; 4]| -> Vec<Value> {
+            let sizes = [4.0, 3.0, 2.0, 1.0].into_iter();
+            sizes.zip(edges).map(|(size, at_edge)| Value { at_edge, ..peak(10.0, size) }).collect()
+        };
+        let of = |edges| {
+            let values = flat(edges);
+            let values: Vec<&Value> = values.iter().collect();
+            (bar(&values, &error).is_some(), is_unbounded(&values))
+        };
+        let sizes = [8.0, 4.0, 2.0, 1.0];
+        assert_eq!(of([None; 4]), (true, false));
+        assert_eq!(of(sizes.map(|_| Some((5.0, 8.0)))), (false, false), "its cells stay as they are");
+        assert_eq!(of(sizes.map(|h| Some((5.0, h)))), (true, false), "it is halved and stays");
+        assert_eq!(
+            of(sizes.map(|h: f64| Some((5.0 * h.powf(-0.25), h)))),
+            (false, true),
+            "it grows, and is smaller yet"
+        );
+        assert_eq!(of([None, None, Some((5.0, 2.0)), Some((5.0, 1.0))]), (false, false), "contact has just got there");
     }
 
     #[test]
