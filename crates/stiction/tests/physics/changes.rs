@@ -423,3 +423,22 @@ fn a_body_moved_by_a_support_for_a_time_presses_on_another() {
         }
     }
 }
+
+/// A bar is moved 0.1 into where a plane begins to hold in the second step, which pushes it out at once: it stores `E A d² / 2 L` = 50,
+/// half of the force times the overlap is the work of the plane, and nothing is dissipated.
+#[test]
+fn what_overlaps_when_a_contact_begins_to_hold_is_pushed_out_by_work() {
+    for increments in [1, 4] {
+        let run = solved(&format!(
+            "[mesh]\nblock = {{ size = [10, 10, 10], cells = [2, 2, 2], element = \"hex8\" }}\n\
+             [materials.m]\nyoung = 1000\npoisson = 0\n[[fix]]\non = \"z-max\"\nvalue = [0, 0, \"-0.1*min(t, 1)\"]\n\
+             [[contact]]\nname = \"plane\"\non = \"z-min\"\nfrom = \"on\"\nfriction = \"none\"\n\
+             against = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\n\
+             [[step]]\nname = \"move\"\nuntil = 1\n[[step]]\nname = \"on\"\nuntil = 2\nincrements = {increments}\n"
+        ));
+        let last = run.0.steps.last().unwrap().balance;
+        is(last.elastic, 50.0, 1.0);
+        is(last.work, 50.0, 1.0);
+        is(last.drift, 0.0, 50.0);
+    }
+}

@@ -68,7 +68,7 @@ pub(crate) fn balance(
     }
 }
 
-/// What the work of moving obstacles misses where points are taken out, or tied points put in: their forces vanish or arise
+/// What the work of moving obstacles misses where points are taken out, or tied or overlapping ones put in: their forces vanish or arise
 /// along the way of the body.
 fn work_of_switched(problem: &ContactProblem, before: &BodyState, loads: &LoadState, u: &[f64], lambda: &[f64]) -> f64 {
     let old = &before.loads;
@@ -76,14 +76,23 @@ fn work_of_switched(problem: &ContactProblem, before: &BodyState, loads: &LoadSt
         return 0.0;
     }
     let is_out = |list: &[(usize, f64)], j: usize| list.binary_search_by_key(&j, |out| out.0).is_ok();
-    let tied = |j: usize| problem.contact.friction[j] == Friction::Bonded;
-    let switched = |&j: &usize| is_out(&loads.out, j) || is_out(&old.out, j) && tied(j);
     let [from, to] = [jump(problem, &old.displacement, &before.u), jump(problem, &loads.displacement, u)];
-    let of_row = |i: usize| {
-        let way = (to[i] - from[i]) - (loads.motion[i] - old.motion[i]);
-        0.5 * (before.lambda[i] + lambda[i]) * way
+    let way = |i: usize| (to[i] - from[i]) - (loads.motion[i] - old.motion[i]);
+    let of_row = |i: usize| 0.5 * (before.lambda[i] + lambda[i]) * way(i);
+    let gap = problem.gap_and_slip(u);
+    let of_point = |j: usize| -> f64 {
+        let rows = problem.rows(j);
+        let tied = problem.contact.friction[j] == Friction::Bonded;
+        if is_out(&loads.out, j) || is_out(&old.out, j) && tied {
+            rows.map(of_row).into_iter().sum()
+        } else if is_out(&old.out, j) && gap[j] + way(rows[0]) < 0.0 {
+            // What overlaps is pushed out.
+            of_row(rows[0])
+        } else {
+            0.0
+        }
     };
-    (0..problem.points()).filter(switched).flat_map(|j| problem.rows(j)).map(of_row).sum()
+    (0..problem.points()).map(of_point).sum()
 }
 
 /// All forces on the prescribed degrees of freedom but those of contact, newton: loads and reactions.
