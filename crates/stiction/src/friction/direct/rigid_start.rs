@@ -137,6 +137,9 @@ impl Foundation<'_> {
             let d = curvature.solve(&lacking);
             let dv: Vec<f64> = self.jumps.times(&d).into_iter().map(|jump| -jump).collect();
             let t = self.least_along(v, &dv, dot(&d, self.resultant), bounds);
+            if t == 0.0 {
+                break;
+            }
             axpy(t, &d, alpha);
             axpy(t, &dv, v);
         }
@@ -190,7 +193,8 @@ impl Foundation<'_> {
         h
     }
 
-    /// The length at which the slope of the energy vanishes along a descent direction whose load does `work`.
+    /// The length at which the slope of the energy vanishes along a descent direction whose load does `work`; zero where rounding has left
+    /// a direction that is none, as of bonded bodies that nothing loads.
     fn least_along(&self, v: &[f64], dv: &[f64], work: f64, bounds: &[f64]) -> f64 {
         let m = self.friction.len();
         let slope = |t: f64| {
@@ -204,6 +208,9 @@ impl Foundation<'_> {
             slope
         };
         let (mut low, mut at_low) = (0.0, slope(0.0));
+        if at_low >= 0.0 {
+            return 0.0;
+        }
         let enough = Threshold::SLOPE * at_low.abs();
         // Where bodies without loads have left one another the slope is zero from there on: they stay where it vanishes first.
         let is_least = |slope: f64| slope != 0.0 && slope.abs() <= enough;
