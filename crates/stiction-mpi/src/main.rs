@@ -110,7 +110,13 @@ fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
     agree(&**ranks, start_threads(arguments.threads, ranks.size()))?;
     let mut set = arguments.set.clone();
     set.extend(arguments.accuracy.iter().map(|goal| ("accuracy.energy".to_string(), goal.clone())));
-    let case = case::read(&arguments.case, &set).map_err(|error| as_typed(arguments, error));
+    let is_deck = arguments.case.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("inp"));
+    let case = if is_deck {
+        let (place, what) = (arguments.case.display().to_string(), "complete decks are for one machine");
+        Err(Error::new(place, what, "write a case with `stiction new FOLDER --from DECK`, and solve that"))
+    } else {
+        case::read(&arguments.case, &set).map_err(|error| as_typed(arguments, error))
+    };
     let case = agree(&**ranks, case)?;
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
     let lock = if first { Lock::take(&folder).map(Some) } else { Ok(None) };

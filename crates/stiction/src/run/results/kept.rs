@@ -88,6 +88,11 @@ impl Kept {
         let fail = |what: &str| Error::new(path.display().to_string(), what, AGAIN);
         let no_list = || fail(&format!("this is not {WHAT}"));
         let mut head: Value = json::read(path, WHAT, AGAIN)?;
+        if head["format"].as_str().is_some_and(|format| format.starts_with("ranks")) {
+            return Err(fail(
+                "the finished steps are those of a run on several ranks, which `stiction-mpi --resume` goes on with",
+            ));
+        }
         if head["format"].as_u64() != Some(FORMAT.into()) {
             return Err(fail("the list of finished steps has another format than this version reads"));
         }
