@@ -135,7 +135,7 @@ pub(crate) fn begin<S: AsRef<str> + PartialEq + Display>(path: &Path, arrays: &[
         }
     }
     Pending::write(path, |file| {
-        let mut archive = ZipWriter::new(file);
+        let mut archive = ZipWriter::new(Quiet { to: file, at: 0, failed: false });
         for (name, array) in arrays {
             let (shape, to) = (&array.shape[..], (&mut archive, &format!("{name}.npy")[..]));
             match &array.data {
@@ -150,6 +150,50 @@ pub(crate) fn begin<S: AsRef<str> + PartialEq + Display>(path: &Path, arrays: &[
         archive.finish()?;
         Ok(())
     })
+}
+
+/// A file that, once it could not be written, takes whatever else comes: an archive that is dropped before its end tries to end itself, and
+/// prints what it meets.
+struct Quiet<W> {
+    to: W,
+    /// Where the next byte goes, or would go.
+    at: u64,
+    failed: bool,
+}
+
+impl<W> Quiet<W> {
+    fn attempt<T>(&mut self, otherwise: T, act: impl FnOnce(&mut W) -> io::Result<T>) -> io::Result<T> {
+        if self.failed {
+            return Ok(otherwise);
+        }
+        let done = act(&mut self.to);
+        self.failed = done.as_ref().is_err_and(|error| error.kind() != io::ErrorKind::Interrupted);
+        done
+    }
+}
+
+impl<W: Write> Write for Quiet<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.attempt(bytes.len(), |to| to.write(bytes))?;
+        self.at += written as u64;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.attempt((), Write::flush)
+    }
+}
+
+impl<W: Seek> Seek for Quiet<W> {
+    fn seek(&mut self, place: io::SeekFrom) -> io::Result<u64> {
+        let otherwise = match place {
+            io::SeekFrom::Start(at) => at,
+            io::SeekFrom::Current(by) => self.at.saturating_add_signed(by),
+            io::SeekFrom::End(_) => self.at,
+        };
+        self.at = self.attempt(otherwise, |to| to.seek(place))?;
+        Ok(self.at)
+    }
 }
 
 /// Numbers as the file stores them, little endian.
