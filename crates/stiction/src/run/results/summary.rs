@@ -106,21 +106,10 @@ pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
     #[derive(Deserialize)]
     struct Head {
         versions: Versions,
-        /// Of a run on several ranks, one entry for each.
-        #[serde(default)]
-        ranks: Vec<serde_json::Value>,
     }
     let place = path.display().to_string();
     let again = "the file is damaged or incomplete; solve the case again";
     let head: Head = json::read(path, "a summary", again)?;
-    if !head.ranks.is_empty() {
-        let what = format!("this is a run on {} ranks, of which there are no reports", head.ranks.len());
-        return Err(Error::new(
-            place,
-            what,
-            "look at result.pvtu and contact.pvtu, or solve the case with `stiction solve`",
-        ));
-    }
     let format = head.versions.summary;
     if format != FORMAT {
         let what = format!("this summary has the format {format}, and this version reads {FORMAT}");
