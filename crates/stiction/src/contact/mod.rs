@@ -46,6 +46,7 @@ pub use division::Division;
 pub use law::Friction;
 pub use layer::InterfaceStiffness;
 pub(crate) use node_to_surface::faces_around;
+pub(crate) use normals::still;
 pub use obstacle::{Obstacle, Side};
 pub use overlap::{Assembly, Moved, Overlap, OverlapKind, SMALL_MOTION, overlaps};
 pub(crate) use pair::area_met_when_moved;

@@ -88,7 +88,7 @@ fn turned_together(mut sums: Vec<(u32, V3, f64)>, dofs: &DofMap) -> Vec<(u32, V3
 }
 
 /// The directions in which the displacement of a node is prescribed to be zero.
-fn still(dofs: &DofMap, node: u32) -> impl Iterator<Item = V3> {
+pub(crate) fn still(dofs: &DofMap, node: u32) -> impl Iterator<Item = V3> {
     let zero = |dof: &u32| dofs.prescribed.binary_search(dof).is_ok_and(|i| dofs.value[i] == 0.0);
     (3 * node..3 * node + 3).filter(zero).map(|dof| dofs.direction(dof))
 }
