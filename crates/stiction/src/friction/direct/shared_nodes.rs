@@ -12,14 +12,14 @@ pub(super) struct SharedNode {
     pub compliance: Vec<Vec<f64>>,
 }
 
-/// A point is on a node which has at least this part of the squares of its rows: all of them on a rigid obstacle, half or more between
-/// bodies. Half is met by both sides where meshes match.
-const ON_NODE: f64 = 0.5 - 1e-9;
+/// A point is on the node that has more than this part of the squares of its rows, at most one: all of them on a rigid obstacle, more than half
+/// between bodies, but where meshes match exactly, and both sides have half.
+const ON_NODE: f64 = 0.5 + 1e-9;
 
-/// One row of `B` on the unknowns of one node: rows `3 points`, by unknown.
+/// The rows of some points on one node: by unknown, the entries of the `3 points` rows.
 type Rows = BTreeMap<u32, Vec<f64>>;
 
-/// The nodes of more than one contact point, ascending by their first points.
+/// The nodes of more than one contact point, ascending by their labels.
 pub(super) fn shared_nodes(problem: &ContactProblem) -> Vec<SharedNode> {
     let Some(label_of) = &problem.elastic.node_of else { return Vec::new() };
     let label = |column: u32| label_of[column as usize];
@@ -31,19 +31,11 @@ pub(super) fn shared_nodes(problem: &ContactProblem) -> Vec<SharedNode> {
             columns.iter().zip(values).for_each(|(&c, v)| *squares.entry(label(c)).or_insert(0.0) += v * v);
         }
         let all: f64 = squares.values().sum();
-        let nodes = squares.into_iter().filter(|(_, square)| all > 0.0 && *square >= ON_NODE * all);
-        nodes.for_each(|(node, _)| points_on.entry(node).or_default().push(j));
+        let own = squares.into_iter().find(|(_, square)| *square > ON_NODE * all);
+        own.into_iter().for_each(|(node, _)| points_on.entry(node).or_default().push(j));
     }
-    // Of points that share two nodes, as those of matching meshes, one group.
-    let mut groups: Vec<Vec<usize>> = points_on.into_values().filter(|points| points.len() > 1).collect();
-    groups.sort();
-    let mut taken = vec![false; problem.points()];
-    groups.retain(|points| {
-        let is_new = points.iter().all(|&j| !taken[j]);
-        points.iter().for_each(|&j| taken[j] = true);
-        is_new
-    });
-    groups.into_iter().map(|points| shared_node(problem, points, label)).collect()
+    let shared = points_on.into_values().filter(|points| points.len() > 1);
+    shared.map(|points| shared_node(problem, points, label)).collect()
 }
 
 fn shared_node(problem: &ContactProblem, points: Vec<usize>, label: impl Fn(u32) -> u32) -> SharedNode {
