@@ -33,6 +33,45 @@ fn what_is_written_is_read_back() {
     std::fs::remove_file(path).unwrap();
 }
 
+/// A disk with room for so many bytes, and how often it has refused what does not fit or comes later.
+struct Small {
+    room: usize,
+    refused: usize,
+}
+
+impl Write for Small {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.refused > 0 || self.room < bytes.len() {
+            self.refused += 1;
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        self.room -= bytes.len();
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for Small {
+    fn seek(&mut self, _: io::SeekFrom) -> io::Result<u64> {
+        Ok(0)
+    }
+}
+
+/// The archive ends itself when it is dropped, and would print that it cannot.
+#[test]
+fn a_full_disk_is_told_once() {
+    let mut disk = Small { room: 100, refused: 0 };
+    let mut archive = ZipWriter::new(Quiet { to: &mut disk, at: 0, failed: false });
+    let numbers = [1.0; 100];
+    let error = put((&mut archive, "x.npy"), &[100], [&numbers[..]].into_iter()).unwrap_err();
+    assert_eq!(error.kind(), io::ErrorKind::StorageFull);
+    drop(archive);
+    assert_eq!(disk.refused, 1);
+}
+
 #[test]
 fn missing_and_unfitting_arrays_are_named() {
     let arrays: Arrays = example().into_iter().map(|(n, a)| (n.to_string(), a)).collect();
