@@ -157,35 +157,29 @@ pub(super) fn summed<const R: usize, const C: usize>(
 /// The coarse level of a step on fewer ranks: in each `group` of consecutive ones that at `place` (the last one of a group that has
 /// no such rank) takes the nodes of the others. These keep their rows of the prolongation and of `A P`, with all columns as ghosts.
 pub(super) fn gathered<const R: usize>(step: Coarser<R>, group: usize, place: usize) -> Coarser<R> {
-    let Coarser { prolongation, a_times_p, matrix, mut kernel, halo } = step;
+    let Coarser { prolongation, a_times_p, matrix, kernel, halo } = step;
     let (ranks, rank) = (halo.ranks(), halo.ranks().rank());
     let first = rank - rank % group;
     let members = first..ranks.size().min(first + group);
     let taker = (first + place).min(members.end - 1);
     let others: Vec<usize> = if rank == taker { members.filter(|&other| other != taker).collect() } else { vec![] };
     let before = others.iter().filter(|&&other| other < taker).count();
-    let send = |message: Vec<u8>| -> Vec<Vec<u8>> {
-        ranks.exchange(if rank == taker { vec![] } else { vec![(taker, message)] }, &others)
+    // What all of a group have, in the order of the ranks, where it is taken.
+    let gather = |own: Vec<u8>| -> Vec<Vec<u8>> {
+        if rank != taker {
+            return ranks.exchange(vec![(taker, own)], &[]);
+        }
+        let mut all = ranks.exchange(vec![], &others);
+        all.insert(before, own);
+        all
     };
-    let own_row = |i: usize| matrix.entries_of(i).map(|(j, block)| (halo.global(j as usize), block));
     let mut message = Vec::new();
-    if rank != taker {
-        (0..matrix.rows).for_each(|i| pack(own_row(i), &mut message));
-    }
-    let received = send(message);
-    let kernels = send(to_bytes(&kernel));
-    let mut rows: Vec<Entries<6, 6>> = received[..before].iter().flat_map(|bytes| unpack(bytes)).collect();
-    let begin = halo.first() - rows.len() as u64;
-    if rank == taker {
-        rows.extend((0..matrix.rows).map(|i| own_row(i).map(|(j, block)| (j, *block)).collect()));
-        rows.extend(received[before..].iter().flat_map(|bytes| unpack(bytes)));
-        let own = std::mem::take(&mut kernel);
-        kernel.extend(kernels[..before].iter().flat_map(|bytes| from_bytes::<Kernel<6>>(bytes)));
-        kernel.extend(own);
-        kernel.extend(kernels[before..].iter().flat_map(|bytes| from_bytes::<Kernel<6>>(bytes)));
-    } else {
-        kernel.clear();
-    }
+    let row = |i: usize| matrix.entries_of(i).map(|(j, block)| (halo.global(j as usize), block));
+    (0..matrix.rows).for_each(|i| pack(row(i), &mut message));
+    let rows: Vec<Entries<6, 6>> = gather(message).iter().flat_map(|bytes| unpack(bytes)).collect();
+    let kernels: Vec<Vec<Kernel<6>>> = gather(to_bytes(&kernel)).iter().map(|bytes| from_bytes(bytes)).collect();
+    let begin = halo.first() - kernels.iter().take(before).map(Vec::len).sum::<usize>() as u64;
+    let kernel = kernels.concat();
     // The nodes of a group are consecutive.
     let own = rows.len();
     let global = |j: &u32| halo.global(*j as usize);
