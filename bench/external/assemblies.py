@@ -54,8 +54,8 @@ python3 bench/external/assemblies.py --docs
 - **Run**: CPU seconds of the whole command, from the case file to the report.
 - **Worst**: the largest measure of the certificate (tolerance 1e-8).
 - **CalculiX** 2.20 with the same meshes, loads and steps, face-to-face penalty contact, one thread: its CPU seconds
-  over those of our whole run. It is stopped after 24 times our seconds by the system's count, which may run a tenth ahead of what is measured;
-  where our run has become faster since, that is more of them.
+  over those of our whole run. It is stopped after 24 times the seconds that our run took then, by the system's count, which may run a tenth ahead
+  of what is measured.
 
 """
 HEAD = """| assembly | unknowns | contact points | path | cycles | s a step | pyamg s | ratio | run s | GB | status | worst | CalculiX |
