@@ -1,6 +1,6 @@
 //! What of a problem one rank measures, and the values it needs of others.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use crate::contact::{ContactProblem, Division};
@@ -93,21 +93,18 @@ pub(crate) fn fetched(
     let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
     let global = |label: u32| division.global[label as usize];
     // The unknowns of a node, and its points, are named by their order at the node: it is the same on every rank.
-    let mut of_unknown = Names::default();
-    let unknowns: Vec<Name> = labels.iter().map(|&label| of_unknown.next(0, global(label))).collect();
-    let mut of_point = Names::default();
+    let mut of_unknown = Names::of(division.global.len());
+    let unknowns: Vec<Name> = labels.iter().map(|&label| of_unknown.next(0, label, global(label))).collect();
     let nodes = &division.points;
-    let pair_of = |j: usize| problem.labels.pairs.partition_point(|pair| pair.points.end <= j) as u64;
-    let points: Vec<Name> =
-        nodes.iter().enumerate().map(|(j, &label)| of_point.next(1 + pair_of(j), global(label))).collect();
+    let mut points: Vec<Name> = Vec::with_capacity(nodes.len());
+    for (number, pair) in problem.labels.pairs.iter().enumerate() {
+        let mut of_point = Names::of(division.global.len());
+        let named =
+            nodes[pair.points.clone()].iter().map(|&label| of_point.next(1 + number as u64, label, global(label)));
+        points.extend(named);
+    }
     let own = |label: u32| division.is_own(label);
-    let (m, mut known): (usize, HashMap<Name, [f64; 3]>) = (problem.points(), HashMap::new());
-    for (i, _) in labels.iter().enumerate().filter(|(_, label)| own(**label)) {
-        known.insert(unknowns[i], [u[i], 0.0, 0.0]);
-    }
-    for (j, _) in nodes.iter().enumerate().filter(|(_, label)| own(**label)) {
-        known.insert(points[j], [0, 1, 2].map(|r| lambda[r * m + j]));
-    }
+    let m = problem.points();
     // What is asked of each rank, with where it goes.
     let mut asked: Vec<Vec<(Name, usize)>> = vec![Vec::new(); ranks.size()];
     for (i, &label) in labels.iter().enumerate().filter(|(_, label)| !own(**label)) {
@@ -118,6 +115,14 @@ pub(crate) fn fetched(
     }
     let names = |list: &Vec<(Name, usize)>| to_bytes(&list.iter().map(|(name, _)| *name).collect::<Vec<Name>>());
     let questions = all_to_all(ranks, asked.iter().map(names).collect());
+    let wanted: HashSet<Name> = questions.iter().flat_map(|bytes| from_bytes::<Name>(bytes)).collect();
+    let mut known: HashMap<Name, [f64; 3]> = HashMap::with_capacity(wanted.len());
+    for (i, name) in unknowns.iter().enumerate().filter(|&(i, name)| own(labels[i]) && wanted.contains(name)) {
+        known.insert(*name, [u[i], 0.0, 0.0]);
+    }
+    for (j, name) in points.iter().enumerate().filter(|&(j, name)| own(nodes[j]) && wanted.contains(name)) {
+        known.insert(*name, [0, 1, 2].map(|r| lambda[r * m + j]));
+    }
     let answer = |bytes: &Vec<u8>| -> Vec<u8> {
         let values =
             from_bytes::<Name>(bytes).into_iter().map(|name| known.get(&name).copied().unwrap_or([f64::NAN; 3]));
@@ -140,14 +145,17 @@ pub(crate) fn fetched(
 /// and which of the node's own it is.
 type Name = [u64; 3];
 
-/// Counts what has been named at each node.
-#[derive(Default)]
-struct Names(HashMap<(u64, u64), u64>);
+/// Counts what has been named at each node here.
+struct Names(Vec<u8>);
 
 impl Names {
-    fn next(&mut self, kind: u64, node: u64) -> Name {
-        let count = self.0.entry((kind, node)).or_insert(0);
+    fn of(nodes: usize) -> Names {
+        Names(vec![0; nodes])
+    }
+
+    fn next(&mut self, kind: u64, label: u32, node: u64) -> Name {
+        let count = &mut self.0[label as usize];
         *count += 1;
-        [kind, node, *count - 1]
+        [kind, node, u64::from(*count - 1)]
     }
 }

@@ -123,8 +123,22 @@ const PARAMETER: f64 = 0.6;
 /// these bounds. The certificate scales its measures differently from the residual; on the random cases it passes nineteen
 /// times of twenty as soon as the residual reaches the tolerance.
 const REDUCTION: [f64; 2] = [0.03, 0.3];
-/// Least target of the residual over the tolerance. A certificate that does not pass there fails by rounding.
-const LEAST_TARGET: f64 = 1e-6;
+/// Targets of the residual.
+struct Target;
+
+impl Target {
+    /// The certificate is asked here before the residual is reduced farther. Forces of bodies that nothing loads are below what the
+    /// certificate takes for none then; where they are reduced farther, what rounding leaves of their loads carries them off.
+    const ROUNDING: f64 = 5e-13;
+    /// The least, over the tolerance. A certificate that does not pass there fails by rounding.
+    const LEAST: f64 = 1e-6;
+
+    /// The one after `target`, whose certificate has not passed.
+    fn after(target: f64, certificate: &Certificate) -> f64 {
+        let next = target * reduction(certificate);
+        if target > Self::ROUNDING { next.max(Self::ROUNDING) } else { next }
+    }
+}
 
 /// Solves contact with friction on the displacements; `multigrid` is that of `problem`, or of another problem with the
 /// same `K` and `B`. `settings.max_iterations` bounds the cycles. `settings.start` is not used, `settings.start_displacement`
@@ -198,8 +212,8 @@ pub fn solve_multigrid(
                 break;
             }
             let converged = solution(problem, transformed, divided, &state, end, settings.tolerance);
-            target *= reduction(&converged.certificate);
-            if converged.certificate.is_as_good_as_the_data() || target < LEAST_TARGET * settings.tolerance {
+            target = Target::after(target, &converged.certificate);
+            if converged.certificate.is_as_good_as_the_data() || target < Target::LEAST * settings.tolerance {
                 certified = Some(converged);
                 break;
             }
