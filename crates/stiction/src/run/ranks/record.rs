@@ -88,6 +88,9 @@ pub struct RankedStep {
     /// How small rotations, strains and slips are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub smallness: Option<Smallness>,
+    /// Bodies that nothing holds: their places say nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unheld: Vec<String>,
     /// Balance of each body.
     #[serde(default)]
     pub bodies: Vec<BodyRecord>,
@@ -116,6 +119,7 @@ impl RankedStep {
             pairs: remarks.pairs(pairs),
             overlaps: remarks.overlaps.clone(),
             smallness: remarks.smallness.clone(),
+            unheld: remarks.unheld.clone(),
             bodies: bodies(solution),
             bolts: Vec::new(),
             couplings: Vec::new(),
@@ -160,6 +164,9 @@ pub struct RankedSummary {
     /// How small rotations, strains and slips are; none where loads carry a body away.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub smallness: Option<Smallness>,
+    /// Bodies that nothing holds: their places say nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unheld: Vec<String>,
     /// Balance of each body.
     #[serde(default)]
     pub bodies: Vec<BodyRecord>,
@@ -234,6 +241,7 @@ impl RankedSummary {
             pairs: Vec::new(),
             overlaps: Vec::new(),
             smallness: None,
+            unheld: Vec::new(),
             bodies: bodies(solution),
             bolts: Vec::new(),
             couplings: Vec::new(),

@@ -10,6 +10,7 @@ use super::steps::slid;
 use super::tighten::Found;
 use crate::Error;
 use crate::contact::Moved;
+use crate::contact::rigid::RigidMotions;
 use crate::fem::Solid;
 use crate::friction::{PointState, Status};
 use crate::io::case::Case;
@@ -17,6 +18,7 @@ use crate::ranks::{Wire, agree, broadcast, from_bytes, gather, gather_all, max, 
 use crate::run::solve::passing::{Searches, found, needed_searches};
 use crate::run::solve::quantities::{
     Couple, Displaced, Extreme, Forces, Micromotion, Smallness, extremes, may_lie_apart, of_extremes, percentiles,
+    unheld_among,
 };
 use crate::run::solve::{OverlapRecord, PairRecord, Totals, Whereabouts};
 
@@ -25,6 +27,8 @@ use crate::run::solve::{OverlapRecord, PairRecord, Totals, Whereabouts};
 pub(super) struct Remarks {
     pub overlaps: Vec<OverlapRecord>,
     pub smallness: Option<Smallness>,
+    /// Bodies that nothing holds.
+    pub unheld: Vec<String>,
     /// Of each surface.
     pub micromotions: Vec<Option<Micromotion>>,
     /// How far the surfaces of contacts have to be looked for.
@@ -47,7 +51,7 @@ impl Remarks {
 /// If the motion of an obstacle is not finite at `t`, at every rank.
 pub(super) fn look(
     case: &Case,
-    local: &Local,
+    (local, motions): (&Local, &RigidMotions),
     before: &mut Option<Moved>,
     answer: &mut Found,
     t: f64,
@@ -65,11 +69,14 @@ pub(super) fn look(
         .sum::<f64>()];
     sum(ranks, &mut volume);
     let micromotions = micromotions(local, &slides);
-    let mut remarks = Remarks { micromotions: micromotions.unwrap_or_default(), ..Remarks::default() };
+    let tolerance = answer.solution.certificate.tolerance;
+    let of_points = (&answer.everywhere.lambda[..], tolerance);
+    let unheld = unheld_among(&local.problem, motions, of_points, &|values| max(ranks, values));
+    let mut remarks = Remarks { micromotions: micromotions.unwrap_or_default(), unheld, ..Remarks::default() };
     if let (Some(now), Some(outside)) = (now, &local.outside) {
         if answer.solution.status == Status::Solved {
             let from = before.take().unwrap_or_else(|| outside.at_rest());
-            let (assembly, tolerance) = (outside.assembly(), answer.solution.certificate.tolerance);
+            let assembly = outside.assembly();
             let overlaps = found(&assembly, [&from, &now], tolerance, &|surface| outside.is_out(case, surface, t));
             let bodies = local.problem.labels.bodies.as_ref();
             let at = Whereabouts { groups: &outside.mesh.groups, bodies, contacts: &outside.contacts };

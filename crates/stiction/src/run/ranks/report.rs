@@ -10,7 +10,7 @@ use crate::run::pose::bolts::Target;
 use crate::run::results::overlap_text::{Sentences, of_records};
 use crate::run::results::report::{
     bolt_rows, certificate_rows, contact_rows, couple_rows, coupling_rows, displacement_row, escape_rows, short_of,
-    status, steps_solved,
+    status, steps_solved, unheld_rows,
 };
 use crate::run::results::{Row, Rows, smallness_text};
 use crate::run::solve::quantities::Couple;
@@ -54,6 +54,8 @@ pub(super) fn rows(case: &Case, summary: &RankedSummary, known: Known) -> Vec<Ro
     let of_steps = summary.steps.iter().map(|step| (step.smallness.as_ref(), step.t));
     let left = smallness_text::warnings(summary.smallness.as_ref(), of_steps);
     left.into_iter().for_each(|warning| rows.add("warning", warning));
+    let of_steps = summary.steps.iter().map(|step| (&step.unheld[..], step.t));
+    unheld_rows(&mut rows, &summary.unheld, of_steps);
     couple_rows(&mut rows, known.couples);
     displacement_row(&mut rows, known.displacement);
     summary.smallness.iter().for_each(|of| rows.add("deformation", smallness_text::line(of)));

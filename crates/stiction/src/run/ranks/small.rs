@@ -91,6 +91,7 @@ fn steps(outcome: &Outcome) -> Vec<RankedStep> {
         pairs: step.answer.pairs.clone(),
         overlaps: step.answer.overlaps.clone(),
         smallness: step.answer.smallness.clone(),
+        unheld: step.answer.unheld.clone(),
         bodies: step.answer.bodies.clone(),
         bolts: step.answer.bolts.clone(),
         couplings: step.answer.couplings.clone(),

@@ -211,7 +211,7 @@ impl Begun {
         let mut statics = if looks { Statics::new(case, &local, &multigrid) } else { Statics::none() };
         let (mut found, mut steps, mut remarks) = match by_first {
             Some((mut found, steps)) => {
-                let remarks = look_at(case, &local, &mut None, &mut found, end(case))?;
+                let remarks = look_at(case, (&local, multigrid.motions()), &mut None, &mut found, end(case))?;
                 (found, steps, remarks)
             }
             None => {
@@ -231,7 +231,7 @@ impl Begun {
             let before = found.solution.counts.cycles;
             (found, steps, alone) = (other, of_other, true);
             let t = steps.last().map_or(end(case), |step| step.t);
-            remarks = look_at(case, &local, &mut None, &mut found, t)?;
+            remarks = look_at(case, (&local, multigrid.motions()), &mut None, &mut found, t)?;
             found.solution.counts.cycles += before;
         }
         let escape = statics.escape.filter(|_| found.solution.status == Status::NoEquilibrium);
@@ -253,8 +253,8 @@ impl Begun {
         summary.problem = problem;
         summary.pairs = remarks.pairs(pairs);
         summary.escape_mode = escape.as_ref().map(|escape: &Escape| escape.motion.clone());
-        let Remarks { overlaps, smallness, needed, .. } = remarks;
-        (summary.overlaps, summary.smallness) = (overlaps, smallness);
+        let Remarks { overlaps, smallness, unheld, needed, .. } = remarks;
+        (summary.overlaps, summary.smallness, summary.unheld) = (overlaps, smallness, unheld);
         let step = summary.steps.last().and_then(|last| case.steps.iter().position(|step| step.name == last.name));
         let targets = local.bolts.iter().filter_map(|bolt| bolt.bolt.target(step.unwrap_or(0), t).ok()).collect();
         let (certificate, restarts) = (&solution.certificate, solution.counts.restarts);
@@ -333,7 +333,7 @@ fn march(
             march.at = shorter;
             continue;
         }
-        let remarks = look_at(case, solver.local, &mut march.moved, &mut found, t)?;
+        let remarks = look_at(case, (solver.local, solver.multigrid.motions()), &mut march.moved, &mut found, t)?;
         if span.is_none() {
             return Ok((found, steps, remarks));
         }

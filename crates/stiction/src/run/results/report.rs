@@ -7,7 +7,7 @@ use super::method_text;
 use super::overlap_text;
 use super::rows::{Row, Rows, print};
 use super::smallness_text;
-use crate::certificate::{BodyBalance, Certificate, Part, PartMeasure};
+use crate::certificate::{Certificate, Part, PartMeasure};
 use crate::contact::Friction;
 use crate::contact::equilibrium::in_words;
 use crate::contact::escape::Escape;
@@ -17,7 +17,7 @@ use crate::io::text::{measure, number, triple};
 use crate::mesh::many;
 use crate::run::pose::Prepared;
 use crate::run::pose::bolts::Target;
-use crate::run::solve::quantities::{Couple, couples, largest_displacement};
+use crate::run::solve::quantities::{Couple, couples, largest_displacement, unheld};
 use crate::run::solve::{
     BalanceRecord, BoltState, BoundRecord, CouplingState, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states,
     coupling_states, escape, pair_totals, totals, word,
@@ -76,7 +76,12 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     let of_steps = outcome.steps.iter().map(|step| (step.answer.smallness.as_ref(), step.t));
     let left = smallness_text::warnings(outcome.smallness.as_ref(), of_steps);
     left.into_iter().for_each(|warning| rows.add("warning", warning));
-    left_alone(prepared, outcome).into_iter().for_each(|warning| rows.add("warning", warning));
+    let of_steps = outcome.steps.iter().map(|step| (&step.answer.unheld[..], step.t));
+    let now = match outcome.steps.is_empty() {
+        true => unheld(prepared, &outcome.solution.lambda, outcome.solution.certificate.tolerance),
+        false => Vec::new(),
+    };
+    unheld_rows(&mut rows, &now, of_steps);
     couple_rows(&mut rows, &couples(prepared, &outcome.solution.u, &outcome.solution.lambda));
     displacement_row(&mut rows, largest_displacement(prepared, outcome));
     outcome.smallness.iter().for_each(|of| rows.add("deformation", smallness_text::line(of)));
@@ -158,24 +163,40 @@ pub(in crate::run) fn couple_rows(rows: &mut Rows, couples: &[Couple]) {
     }
 }
 
-/// Bodies among several that nothing holds and nothing presses: a support may have been forgotten.
-fn left_alone(prepared: &Prepared, outcome: &Outcome) -> Vec<String> {
-    let certificate = &outcome.solution.certificate;
-    let Some(bodies) = prepared.problem.labels.bodies.as_ref().filter(|bodies| bodies.list.len() > 1) else {
-        return Vec::new();
-    };
-    let floats = |unknown: &u32| bodies.of[*unknown as usize];
-    let floating = prepared.motions.bodies.iter().filter_map(|body| body.unknowns.first().map(floats));
-    let names: Vec<&str> = floating.map(|body| &bodies.list[body as usize].name[..]).collect();
-    let is_alone = |body: &&BodyBalance| {
-        names.contains(&&body.name[..])
-            && [body.load, body.support, body.contact].iter().all(|force| *force == [0.0; 3])
-    };
-    let sentence = |body: &BodyBalance| {
-        let remedy = "if it is to take forces, add a [[fix]] for it, or a load that presses it";
-        format!("body \"{}\" has no support, and no force acts on it: its place says nothing; {remedy}", body.name)
-    };
-    certificate.bodies.iter().filter(is_alone).map(sentence).collect()
+/// Bodies among several that nothing holds, in an answer or in some of its load steps, each with its time: a support may have been
+/// forgotten.
+pub(in crate::run) fn unheld_rows<'a>(
+    rows: &mut Rows,
+    answer: &[String],
+    steps: impl ExactSizeIterator<Item = (&'a [String], f64)>,
+) {
+    if steps.len() == 0 {
+        for body in answer {
+            let remedy = "if it is to take forces, add a [[fix]] for it, or a load that presses it";
+            let what = "has no support, and no force acts on it: its place says nothing";
+            rows.add("warning", format!("body \"{body}\" {what}; {remedy}"));
+        }
+        return;
+    }
+    let mut times: Vec<(&str, Vec<f64>)> = Vec::new();
+    for (bodies, t) in steps {
+        for body in bodies {
+            match times.iter_mut().find(|(name, _)| name == body) {
+                Some((_, times)) => times.push(t),
+                None => times.push((body, vec![t])),
+            }
+        }
+    }
+    for (body, times) in times {
+        let first = times.first().map_or(String::new(), |&t| number(t));
+        let more = match times.len() {
+            1 => String::new(),
+            count => format!(" and in {} more increments", count - 1),
+        };
+        let why = "its place there says nothing, and friction of later steps depends on it";
+        let remedy = "hold it there, or let its contact begin with the first step";
+        rows.add("warning", format!("nothing holds body \"{body}\" at t = {first}{more}: {why}; {remedy}"));
+    }
 }
 
 /// The largest displacement, and where it is.

@@ -4,6 +4,7 @@
 mod couple;
 mod micromotion;
 mod smallness;
+mod unheld;
 
 pub use super::discretisation::nodal_stress_of;
 pub(crate) use super::discretisation::stress_at;
@@ -14,6 +15,7 @@ pub(crate) use micromotion::percentiles;
 pub(super) use smallness::smallness;
 pub(crate) use smallness::{Displaced, Extreme, extremes, of_extremes};
 pub use smallness::{SMALL_ROTATION, SMALL_STRAIN, Smallness};
+pub(crate) use unheld::{unheld, unheld_among};
 
 use super::Outcome;
 use crate::contact::ContactProblem;

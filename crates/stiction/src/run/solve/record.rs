@@ -5,7 +5,9 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 
-use super::quantities::{Micromotion, Smallness, energy, escape, largest_displacement, load, micromotions, reaction};
+use super::quantities::{
+    Micromotion, Smallness, energy, escape, largest_displacement, load, micromotions, reaction, unheld,
+};
 use super::solutions::{SolutionsRecord, UniquenessRecord};
 use super::totals::all_totals;
 use super::{Balance, BoltState, CouplingState, Outcome, Totals, bolt_states, coupling_states};
@@ -54,6 +56,9 @@ pub struct AnswerRecord {
     /// How small rotations, strains and slips are; none where loads carry a body away.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub smallness: Option<Smallness>,
+    /// Bodies that nothing holds: their places say nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unheld: Vec<String>,
     /// `1/2 u'Ku - f'u` over all degrees of freedom.
     #[serde(deserialize_with = "or_nan")]
     pub energy: f64,
@@ -377,6 +382,7 @@ impl AnswerRecord {
             displacement_max: largest_displacement(prepared, outcome).0,
             discretisation_error: outcome.estimate.as_ref().map(Estimate::relative),
             smallness: outcome.smallness.clone(),
+            unheld: unheld(prepared, &solution.lambda, solution.certificate.tolerance),
             energy: outcome.energy.unwrap_or_else(|| energy(prepared, &outcome.solution.u)),
             reaction: reaction(prepared, outcome).into_iter().fold([0.0; 3], crate::mesh::v3::add),
             load: prepared.facts.resultant(),
