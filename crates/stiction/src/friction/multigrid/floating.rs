@@ -1,6 +1,7 @@
-use super::active_set::PointLaw;
+use super::active_set::{ContactCondition, PointLaw};
 use super::directions::Vector;
 use super::iteration::{Iterate, Subproblem};
+use super::loose::{LooseMotions, resisted};
 use super::solve::{Multigrid, point_laws};
 use super::transform::Transformed;
 use crate::contact::rigid::RigidMotions;
@@ -134,6 +135,20 @@ impl<'a> FloatingBodies<'a> {
         // Rigid motions take no forces: `ku` stays.
         let motion = self.motion(problem, at);
         at.u.iter_mut().flatten().zip(motion.iter().flatten()).for_each(|(u, d)| *u += d);
+    }
+
+    /// Takes what nothing resists under these conditions off a direction; `loose` is what it was the last time.
+    pub(super) fn keep_in_place(
+        &self,
+        transformed: &Transformed,
+        conditions: &[ContactCondition],
+        (loose, direction): (&mut LooseMotions, &mut Vector),
+    ) {
+        let of_points: Vec<[bool; 3]> = conditions.iter().map(resisted).collect();
+        let rows: Vec<f64> = (0..3).flat_map(|c| of_points.iter().map(move |of| f64::from(u8::from(of[c])))).collect();
+        let rows = of_all_points(transformed.halo(), 3, &rows);
+        loose.update(rows.into_iter().map(|row| row > 0.0).collect(), &self.jumps, &self.resultant);
+        loose.take_off(transformed, self.motions, direction);
     }
 
     /// Whether the loads move some body along the surfaces that press against one another with these normal forces (newton, `m`)

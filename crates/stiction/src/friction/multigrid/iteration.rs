@@ -3,6 +3,7 @@ use std::ops::ControlFlow;
 use super::active_set::{ContactCondition, PointLaw, closed_condition, contact_condition, forced_stick, slip_reverses};
 use super::directions::{Direction, MOST_DIRECTIONS, Vector, dot, minimise, norm};
 use super::floating::FloatingBodies;
+use super::loose::{LooseMotions, NEAR};
 use super::monitor::{Monitor, Verdict};
 use super::points::Point;
 use super::shortened::shorten;
@@ -71,6 +72,7 @@ pub(super) struct State {
     guess: bool,
     /// Whether it begins at displacements that were given, such as the answer of the load step before.
     given: bool,
+    loose: LooseMotions,
     /// Whether this rank was asked to stop, which the others learn with the next survey.
     stops: bool,
 }
@@ -186,7 +188,10 @@ pub(super) fn run(
         state.apply_targets(problem);
         for _ in 0..cycles {
             let r = residual(problem, &state.iterate);
-            let p = hierarchy.cycle_in_units(left.max(f64::MIN_POSITIVE), &r);
+            let mut p = hierarchy.cycle_in_units(left.max(f64::MIN_POSITIVE), &r);
+            if let Some(floating) = problem.floating.filter(|_| violated <= NEAR) {
+                floating.keep_in_place(problem.transformed, &state.iterate.conditions, (&mut state.loose, &mut p));
+            }
             let kp = problem.transformed.k.times(&p);
             let mut direction = Direction { p, kp, shortening: Vec::new() };
             if let Some(tightening) = problem.tightening {

@@ -19,6 +19,7 @@ mod fixed_point;
 mod floating;
 mod iteration;
 mod layers;
+mod loose;
 mod memory;
 mod monitor;
 mod part;
