@@ -1,5 +1,6 @@
 //! Contact surfaces and obstacles; poses the [`ContactProblem`], the first waist of the program.
 
+mod chains;
 mod claims;
 mod closest;
 mod division;

@@ -2,13 +2,14 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::chains::Chains;
 use super::claims::{Claims, Lost, Shares};
 use super::followers::merge;
 use super::node_to_surface::points_of_nodes;
 use super::pair::points_of_pair;
 use super::points::{Point, faces_that_look, points_on_obstacle};
 use super::spans::{Span, Version, spans, united};
-use super::{ContactSurface, Counterpart, SurfaceFacts, SurfaceFriction};
+use super::{ContactSurface, Counterpart, Master, SurfaceFacts, SurfaceFriction};
 use crate::Error;
 use crate::fem::DofMap;
 use crate::linalg::Csr;
@@ -83,15 +84,18 @@ pub(super) fn all_points(
     let mut made: Vec<Vec<(Version, Excluded)>> = surfaces.iter().map(|_| Vec::new()).collect();
     for (place, span) in spans.iter().enumerate() {
         let Shares { lost, .. } = claims.shares(&span.surfaces);
-        let (mut tied, mut taken) = (HashSet::new(), HashSet::new());
+        let (mut tied, mut chains) = (HashSet::new(), Chains::default());
         for &number in order.iter().filter(|number| span.surfaces.contains(number)) {
             let (surface, lost) = (&surfaces[number], &lost[number]);
-            let known = if spans.len() == 1 { Excluded::new() } else { excluded(mesh, surface, lost, [&tied, &taken]) };
-            let same = made[number].iter().position(|(_, excluded)| *excluded == known);
+            let known =
+                if spans.len() == 1 { Excluded::new() } else { excluded(mesh, surface, lost, (&tied, &chains)) };
+            let same = made[number]
+                .iter()
+                .position(|(version, excluded)| *excluded == known && chains.closed_by(&version.points).is_empty());
             let at = match same {
                 Some(at) => at,
                 None => {
-                    let found = points_of(&mut claims, (mesh, dofs), (surfaces, number), (lost, &tied, &taken));
+                    let found = points_of(&mut claims, (mesh, dofs), (surfaces, number), (lost, &tied, &chains));
                     let (points, facts) = found.map_err(|e| e.at(&quoted(&surface.name)))?;
                     made[number].push((Version { points, facts, times: Vec::new() }, known));
                     made[number].len() - 1
@@ -99,12 +103,7 @@ pub(super) fn all_points(
             };
             let Version { points, facts, times } = &mut made[number][at].0;
             times.extend(&span.times);
-            // A node that points hang on carries none of another surface: both sides would be held to one another twice.
-            for point in points.iter() {
-                taken.insert(point.node);
-                taken.extend(point.others.iter().map(|other| other.0));
-                taken.extend(point.beyond_cut.iter().map(|other| other.0));
-            }
+            chains.add(points);
             if bonded(surface) {
                 tied.extend(&facts.nodes);
                 // Nodes an obstacle holds in every direction have no point and are tied all the same.
@@ -123,36 +122,58 @@ pub(super) fn all_points(
     Ok((points.into_iter().flatten().collect(), facts))
 }
 
-/// The nodes of a surface that others have, ascending, and how it has lost them.
-type Excluded = Vec<(u32, Option<Lost>, [bool; 2])>;
+/// The nodes of a surface that others have or hang on, ascending, and how it has lost them.
+type Excluded = Vec<(u32, Option<Lost>, [bool; 3])>;
 
-fn excluded(mesh: &Mesh, surface: &ContactSurface, lost: &HashMap<u32, Lost>, sets: [&HashSet<u32>; 2]) -> Excluded {
+fn excluded(
+    mesh: &Mesh,
+    surface: &ContactSurface,
+    lost: &HashMap<u32, Lost>,
+    (tied, chains): (&HashSet<u32>, &Chains),
+) -> Excluded {
     let alone = match &surface.against {
         Counterpart::Surface(master) => master.nodes.clone(),
         Counterpart::Obstacle(_) => None,
     };
     let nodes = alone.unwrap_or_else(|| mesh.face_nodes(&surface.faces)).into_iter();
-    let of_node = |node: u32| (node, lost.get(&node).copied(), sets.map(|set| set.contains(&node)));
+    let of_node = |node: u32| {
+        (node, lost.get(&node).copied(), [tied.contains(&node), chains.has_point(node), chains.is_end(node)])
+    };
     nodes.map(of_node).filter(|(_, lost, sets)| lost.is_some() || sets.contains(&true)).collect()
 }
 
-/// The points of one surface, which has `lost` nodes to others, where others are `tied` or `taken`.
+/// The points of one surface, which has `lost` nodes to others, where others are `tied` or have points. Nodes of a pair from which a
+/// chain of points leads back to them get none.
 fn points_of<'a>(
     claims: &mut Claims<'a>,
     (mesh, dofs): (&Mesh, &DofMap),
     (surfaces, number): (&'a [ContactSurface], usize),
-    (lost, tied, taken): (&HashMap<u32, Lost>, &HashSet<u32>, &HashSet<u32>),
+    (lost, tied, chains): (&HashMap<u32, Lost>, &HashSet<u32>, &Chains),
 ) -> Result<(Vec<Point>, SurfaceFacts), Error> {
     let surface = &surfaces[number];
-    let (mut points, mut facts) = match &surface.against {
-        Counterpart::Obstacle(obstacle) => points_on_obstacle(mesh, dofs, surface, obstacle, (lost, tied))?,
-        Counterpart::Surface(master) => match &master.nodes {
-            Some(nodes) => points_of_nodes(mesh, dofs, surface, master, nodes, (lost, taken))?,
-            None => points_of_pair(claims.matched(number, master)?, dofs, lost, taken)?,
-        },
+    let named = match &surface.against {
+        Counterpart::Surface(Master { nodes: Some(nodes), .. }) => nodes.clone(),
+        _ => mesh.face_nodes(&surface.faces),
     };
-    merge(mesh, surface, &dofs.follows, &mut points, &mut facts)?;
-    Ok((points, facts))
+    let mut taken: HashSet<u32> = named.into_iter().filter(|&node| chains.has_point(node)).collect();
+    loop {
+        let (mut points, mut facts) = match &surface.against {
+            Counterpart::Obstacle(obstacle) => points_on_obstacle(mesh, dofs, surface, obstacle, (lost, tied))?,
+            Counterpart::Surface(master) => match &master.nodes {
+                Some(nodes) => points_of_nodes(mesh, dofs, surface, master, nodes, (lost, &taken))?,
+                None => points_of_pair(claims.matched(number, master)?, dofs, lost, &taken)?,
+            },
+        };
+        merge(mesh, surface, &dofs.follows, &mut points, &mut facts)?;
+        let closed = match &surface.against {
+            Counterpart::Obstacle(_) => Vec::new(),
+            Counterpart::Surface(_) => chains.closed_by(&points),
+        };
+        if closed.is_empty() {
+            return Ok((points, facts));
+        }
+        taken.extend(closed);
+    }
 }
 
 fn quoted(name: &str) -> String {
