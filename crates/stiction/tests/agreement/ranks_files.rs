@@ -203,6 +203,26 @@ fn a_flipped_bit_a_missing_piece_and_a_piece_of_another_run_are_named() {
     assert!(!home.join("problem-0002.npz").exists() && !home.join("result-0002.vtu").exists());
 }
 
+/// Files of a run on one machine that the list names go; what it does not name, and the case, stay.
+#[test]
+fn a_folder_of_one_machine_becomes_one_of_ranks() {
+    let (case, home) = (case_of(&blocks("hex8"), "1e-8"), folder("before"));
+    fs::create_dir_all(&home).unwrap();
+    let listed = ["contact.csv", "log.jsonl", "pressure.png", "solution-2.npz", "case.toml"];
+    listed.iter().chain(&["mine.png"]).for_each(|name| fs::write(home.join(name), "of before").unwrap());
+    let sums: String = listed.iter().map(|name| format!("{}  {name}\n", "0".repeat(64))).collect();
+    fs::write(home.join(SUMS), sums).unwrap();
+    solved(&case, 2, &home, false);
+    passes(&home);
+    let stays = |name: &&str| home.join(name).exists();
+    assert!(!listed[..4].iter().any(stays) && ["case.toml", "mine.png"].iter().all(|name| stays(&name)));
+    #[cfg(feature = "report")]
+    {
+        let said = stiction::run::write_report(&home).unwrap_err().to_string();
+        assert!(said.contains("several ranks") && said.contains("result.pvtu"), "{said}");
+    }
+}
+
 /// Load steps on ranks as [`solved`] writes them, up to the increment in which the run is killed.
 pub(super) fn killed(case: &Case, size: usize, folder: &Path, resume: bool, increments: usize) {
     killed_when(case, size, folder, resume, &|seen| seen > increments);

@@ -131,3 +131,30 @@ fn of_nodes(name: &str) -> Case {
 fn nodes_that_make_up_no_face_meet_the_same_on_ranks() {
     agrees_case(&of_nodes("meet"), &[1, 2, 3, 4]);
 }
+
+/// Points of one contact hang on nodes that carry points of another one.
+#[test]
+fn chains_of_points_of_several_contacts_are_the_same_on_ranks() {
+    let text = |element: &str| {
+        let part = |name: &str, size: &str, at: &str, cells: &str| {
+            format!(
+                "[mesh.parts.{name}]\nblock = {{ size = {size}, origin = {at}, cells = {cells}, element = \"{element}\" }}\n"
+            )
+        };
+        let parts = [
+            part("a", "[6, 4, 3]", "[0, 0, 0]", "[6, 4, 4]"),
+            part("b", "[6, 4, 3]", "[0, 0, 3]", "[6, 4, 4]"),
+            part("s", "[2, 4, 6]", "[6, 0, 0]", "[2, 6, 8]"),
+        ];
+        let contact = |on: &str, against: &str| {
+            format!("[[contact]]\non = {on}\nagainst = {against}\nfriction = {{ coulomb = 0.3 }}\nslave = \"on\"\n")
+        };
+        parts.concat()
+            + "[materials.m]\nyoung = 1000\npoisson = 0.3\n[[fix]]\non = [\"a.z-min\", \"s.x-max\"]\n\
+               [[load]]\non = \"b.z-max\"\nforce = [3, 0, -10]\nabout = [5, 2, 6]\n"
+            + &contact("\"b.z-min\"", "\"a.z-max\"")
+            + &contact("[\"a.x-max\", \"b.x-max\"]", "\"s.x-min\"")
+    };
+    agrees(&text("hex8"), &[1, 2, 3, 4, 6]);
+    agrees(&text("tet10"), &[2, 4]);
+}

@@ -255,3 +255,58 @@ fn whole_skins_of_thin_plates_are_their_faces_that_touch() {
         assert_eq!(outcome.solution.status, Status::NoEquilibrium);
     }
 }
+
+/// Every order of three parts.
+fn in_any_order([a, b, c]: [&str; 3]) -> [String; 6] {
+    [[a, b, c], [a, c, b], [b, a, c], [b, c, a], [c, a, b], [c, b, a]].map(|parts| parts.concat())
+}
+
+/// A block stands near the edge of another one, half a millimetre before a wall that neither of them comes near: the wall changes
+/// nothing, whatever nodes its contact names.
+#[test]
+fn a_contact_that_never_touches_takes_no_edge_from_another() {
+    let blocks = "[materials.m]\nyoung = 1000\npoisson = 0.3\n[[fix]]\non = \"a.z-min\"\n\
+                  [[load]]\non = \"b.z-max\"\nforce = [0, 0, -10]\nabout = [5, 2, 6]\n";
+    let joint = contact("joint", "\"b.z-min\"", "\"a.z-max\"");
+    let wall =
+        contact("wall", "[\"a.x-max\", \"b.x-max\"]", "\"s.x-min\"") + "slave = \"on\"\n[[fix]]\non = \"s.x-max\"\n";
+    for (element, path) in [("hex8", "auto"), ("tet10", "auto"), ("hex20", "auto"), ("hex8", "multigrid")] {
+        let [a, b] =
+            [("a", 0.0), ("b", 3.0)].map(|(name, z)| part(name, [[6.0, 4.0, 3.0], [0.0, 0.0, z]], [3, 2, 2], element));
+        let s = part("s", [[2.0, 4.0, 6.0], [6.5, 0.0, 0.0]], [1, 3, 4], element);
+        let path = format!("[solver]\npath = \"{path}\"\n");
+        let alone = solved(&format!("{a}{b}{blocks}{joint}{path}"));
+        let wanted = largest(&displacement(&alone));
+        for parts in in_any_order([&a, &b, &s]) {
+            let run = solved(&format!("{parts}{blocks}{joint}{wall}{path}"));
+            let found = largest(&displacement(&run));
+            assert!((found / wanted - 1.0).abs() < 1e-6, "{element} {path}: {found} where {wanted} is wanted");
+            is(normal_force(&run, "joint"), 10.0, 10.0);
+            is(normal_force(&run, "wall"), 0.0, 10.0);
+        }
+    }
+}
+
+/// A plate lies over the joint of a hard and a soft block that touch, its load above the hard one, whose edge carries it: the soft one,
+/// 40 000 times softer, carries next to nothing.
+#[test]
+fn blocks_that_touch_below_a_plate_keep_an_edge_in_any_order() {
+    let hard = part("hard", [[10.0, 10.0, 5.0], [0.0; 3]], [2, 3, 3], "hex8");
+    let soft = part("soft", [[8.0, 10.0, 5.0], [10.0, 0.0, 0.0]], [4, 3, 3], "hex8");
+    let plate = part("plate", [[14.0, 6.0, 4.0], [2.0, 2.0, 5.0]], [7, 3, 2], "hex8");
+    let materials: String = [("hard", 2e5), ("soft", 5.0), ("plate", 2e6)]
+        .map(|(name, young)| format!("[materials.{name}]\non = \"{name}\"\nyoung = {young}\npoisson = 0.3\n"))
+        .concat();
+    let held = "[[fix]]\non = [\"hard.z-min\", \"soft.z-min\"]\n[[fix]]\non = \"plate.z-max\"\ncomponents = \"y\"\n\
+                [[load]]\non = \"plate.z-max\"\nforce = [0, 0, -100]\nabout = [9, 5, 9]\n";
+    let below = contact("below", "\"plate.z-min\"", "[\"hard.z-max\", \"soft.z-max\"]");
+    let side = contact("side", "\"hard.x-max\"", "\"soft.x-min\"");
+    let wanted = largest(&displacement(&solved(&format!("{hard}{soft}{plate}{materials}{held}{below}"))));
+    for parts in in_any_order([&hard, &soft, &plate]) {
+        let run = solved(&format!("{parts}{materials}{held}{below}{side}"));
+        let found = largest(&displacement(&run));
+        assert!((found / wanted - 1.0).abs() < 1e-3, "{found} where {wanted} is wanted");
+        is(normal_force(&run, "below"), 100.0, 100.0);
+        assert!(normal_force(&run, "side") < 0.02, "{}", normal_force(&run, "side"));
+    }
+}

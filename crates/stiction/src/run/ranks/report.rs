@@ -9,8 +9,8 @@ use crate::mesh::many;
 use crate::run::pose::bolts::Target;
 use crate::run::results::overlap_text::{Sentences, of_records};
 use crate::run::results::report::{
-    bolt_rows, certificate_rows, contact_rows, couple_rows, coupling_rows, displacement_row, escape_rows, short_of,
-    status, steps_solved, unheld_rows,
+    bolt_rows, certificate_rows, contact_rows, couple_rows, coupling_rows, displacement_row, escape_rows, limit_row,
+    short_of, status, steps_solved, unheld_rows,
 };
 use crate::run::results::{Row, Rows, smallness_text};
 use crate::run::solve::quantities::Couple;
@@ -32,6 +32,7 @@ pub(super) fn rows(case: &Case, summary: &RankedSummary, known: Known) -> Vec<Ro
     let mut rows = Rows::default();
     let cycles = cycles(summary);
     rows.add("status", status(summary.status, cycles));
+    limit_row(&mut rows, summary.status);
     if summary.found_by_first {
         rows.more("by rank 0 alone, which takes other ways too: the ranks have judged its answer".into());
     }

@@ -20,7 +20,7 @@ use crate::mesh::v3::{V3, add, scale};
 use crate::ranks::{Ranks, Wire, agree, gather_all, to_bytes};
 use crate::run::results::step_file::STATE;
 use crate::run::results::sums::{self, Sums};
-use crate::run::results::write::{PVTU, remove_pieces};
+use crate::run::results::write::{PVTU, remove_listed, remove_pieces};
 use crate::run::results::{LEVELS, REPORT, SUMS, json, remove_levels};
 
 /// The summary of a folder: a folder that has one is complete.
@@ -158,11 +158,16 @@ fn prepare(folder: &Path, size: usize, stepped: bool) -> Result<(), Error> {
 /// Makes the result in a folder none, whoever has written it, and removes its pieces as far as `which` says so.
 pub(super) fn withdraw(folder: &Path, which: &dyn Fn(&str) -> bool) -> Result<(), Error> {
     folder::withdraw(&folder.join(SUMMARY))?;
+    remove_listed(folder, &OF_ONE_MACHINE)?;
     for name in [SUMS, REPORT, "result.vtu", "contact.vtu", "problem.npz", "solution.npz"] {
         folder::remove(&folder.join(name))?;
     }
     remove_pieces(folder, which)
 }
+
+/// What `stiction solve` writes besides and ranks do not. The case stays: it may be the one that is solved.
+const OF_ONE_MACHINE: [&str; 6] =
+    ["obstacles.vtu", "result.pvd", "contact.pvd", "contact.csv", "bound.npz", "log.jsonl"];
 
 /// A piece of a file: cells and fields.
 struct GridFields {

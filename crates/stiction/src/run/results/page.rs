@@ -31,6 +31,11 @@ pub fn write_report_on(folder: &Path, mesh: Option<&Mesh>) -> Result<usize, Erro
         let remedy = "name a folder that `stiction solve` has filled";
         return Err(Error::new(folder.display().to_string(), what, remedy));
     }
+    if folder.join("result.pvtu").exists() {
+        let what = "it is the result of a run on several ranks, of which no report is written";
+        let remedy = "open result.pvtu in ParaView, or solve the case by `stiction solve`";
+        return Err(Error::new(folder.display().to_string(), what, remedy));
+    }
     report_fits(folder, mesh)?;
     let summary: super::Summary = summary::read(&path)?;
     // The case of a run may have been given another way than as a file.

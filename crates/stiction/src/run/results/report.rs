@@ -56,6 +56,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
         outcome.steps.iter().map(|step| step.answer.counts.steps()).sum()
     };
     rows.add("status", status(solution.status, all));
+    limit_row(&mut rows, solution.status);
     if let Some(last) = outcome.steps.last() {
         steps(&mut rows, &outcome.steps, last);
     }
@@ -108,6 +109,15 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     }
     rows.add("work", work(outcome));
     Report { rows: rows.0, cost: cost(outcome) }
+}
+
+/// What is to be done where the limit of iterations has ended a run.
+pub(in crate::run) fn limit_row(rows: &mut Rows, status: Status) {
+    if status == Status::MaxIterations {
+        rows.more(
+            "if the residuals still fall (`--progress`), give it more: `--set solver.max_iterations=1000`".into(),
+        );
+    }
 }
 
 /// How a body is carried away.

@@ -143,14 +143,18 @@ pub(crate) fn is_other_solution(name: &str) -> bool {
 /// one need not replace, and the list that names them.
 pub(crate) fn withdraw_result(folder: &Path) -> Result<(), Error> {
     folder::withdraw(&folder.join("summary.json"))?;
-    // A list that cannot be read names none.
-    let listed = sums::read(folder).ok().flatten().unwrap_or_default();
-    for name in listed.keys().filter(|name| name.ends_with(".png") || is_other_solution(name)) {
-        folder::remove(&folder.join(name))?;
-    }
+    remove_listed(folder, &[])?;
     folder::remove(&folder.join(BOUND))?;
     folder::withdraw(&folder.join(SUMS))?;
     remove_pieces(folder, &|_| true)
+}
+
+/// Removes the pictures, other solutions and `more` that the list of an earlier result names. A list that cannot be read names none.
+pub(crate) fn remove_listed(folder: &Path, more: &[&str]) -> Result<(), Error> {
+    let listed = sums::read(folder).ok().flatten().unwrap_or_default();
+    let goes = |name: &&String| name.ends_with(".png") || is_other_solution(name) || more.contains(&&name[..]);
+    let named = listed.keys().filter(goes);
+    named.map(|name| folder.join(name)).try_for_each(|path| folder::remove(&path))
 }
 
 /// Removes what a run on several ranks has left beside the files that others write too, as far as `which` says so.
