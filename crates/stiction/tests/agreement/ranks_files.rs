@@ -215,7 +215,7 @@ fn a_folder_of_one_machine_becomes_one_of_ranks() {
     solved(&case, 2, &home, false);
     passes(&home);
     let stays = |name: &&str| home.join(name).exists();
-    assert!(!listed[..4].iter().any(stays) && ["case.toml", "mine.png"].iter().all(|name| stays(&name)));
+    assert!(!listed[..4].iter().any(stays) && ["case.toml", "mine.png"].iter().all(stays));
     #[cfg(feature = "report")]
     {
         let said = stiction::run::write_report(&home).unwrap_err().to_string();

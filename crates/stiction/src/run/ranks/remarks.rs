@@ -69,14 +69,13 @@ pub(super) fn look(
         .sum::<f64>()];
     sum(ranks, &mut volume);
     let micromotions = micromotions(local, &slides);
-    let tolerance = answer.solution.certificate.tolerance;
-    let of_points = (&answer.everywhere.lambda[..], tolerance);
+    let of_points = (&answer.solution, &answer.everywhere.lambda[..]);
     let unheld = unheld_among(&local.problem, motions, of_points, &|values| max(ranks, values));
     let mut remarks = Remarks { micromotions: micromotions.unwrap_or_default(), unheld, ..Remarks::default() };
     if let (Some(now), Some(outside)) = (now, &local.outside) {
         if answer.solution.status == Status::Solved {
             let from = before.take().unwrap_or_else(|| outside.at_rest());
-            let assembly = outside.assembly();
+            let (assembly, tolerance) = (outside.assembly(), answer.solution.certificate.tolerance);
             let overlaps = found(&assembly, [&from, &now], tolerance, &|surface| outside.is_out(case, surface, t));
             let bodies = local.problem.labels.bodies.as_ref();
             let at = Whereabouts { groups: &outside.mesh.groups, bodies, contacts: &outside.contacts };
@@ -94,6 +93,7 @@ pub(super) fn look(
     let passes = broadcast(ranks, vec![u8::from(answer.solution.status == Status::PassesThrough)]) == [1];
     if passes {
         answer.solution.status = Status::PassesThrough;
+        remarks.unheld.clear();
     }
     let message = broadcast(ranks, serde_json::to_vec(&remarks).unwrap_or_default());
     // Numbers that are not finite, of an iteration that diverges, cannot be told; rank 0 reads it as well, so that all have the same.

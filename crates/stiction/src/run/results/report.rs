@@ -79,7 +79,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     left.into_iter().for_each(|warning| rows.add("warning", warning));
     let of_steps = outcome.steps.iter().map(|step| (&step.answer.unheld[..], step.t));
     let now = match outcome.steps.is_empty() {
-        true => unheld(prepared, &outcome.solution.lambda, outcome.solution.certificate.tolerance),
+        true => unheld(prepared, &outcome.solution),
         false => Vec::new(),
     };
     unheld_rows(&mut rows, &now, of_steps);

@@ -382,7 +382,7 @@ impl AnswerRecord {
             displacement_max: largest_displacement(prepared, outcome).0,
             discretisation_error: outcome.estimate.as_ref().map(Estimate::relative),
             smallness: outcome.smallness.clone(),
-            unheld: unheld(prepared, &solution.lambda, solution.certificate.tolerance),
+            unheld: unheld(prepared, solution),
             energy: outcome.energy.unwrap_or_else(|| energy(prepared, &outcome.solution.u)),
             reaction: reaction(prepared, outcome).into_iter().fold([0.0; 3], crate::mesh::v3::add),
             load: prepared.facts.resultant(),

@@ -2,25 +2,29 @@
 
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{Bodies, ContactProblem};
+use crate::friction::{Solution, Status};
 use crate::run::pose::Prepared;
 
 /// The bodies of an answer whose places nothing decides: contact alone could hold them, and no contact force leads from them to a
-/// body that is held or to an obstacle; what is below `tolerance` times the largest force is none. Empty where there is one body.
-pub(crate) fn unheld(prepared: &Prepared, lambda: &[f64], tolerance: f64) -> Vec<String> {
-    unheld_among(&prepared.problem, &prepared.motions, (lambda, tolerance), &|_| {})
+/// body that is held or to an obstacle; what is below the tolerance of the certificate, of the largest force, is none. Empty where
+/// nothing is solved, and where there is one body.
+pub(crate) fn unheld(prepared: &Prepared, solution: &Solution) -> Vec<String> {
+    unheld_among(&prepared.problem, &prepared.motions, (solution, &solution.lambda), &|_| {})
 }
 
-/// The same of the part of a problem that a rank has; `max` takes the maxima over all ranks. Points of other ranks may be among
-/// its own.
+/// The same of the part of a problem that a rank has, with the contact forces `lambda` of all its points, those of other ranks
+/// among them; `max` takes the maxima over all ranks.
 pub(crate) fn unheld_among(
     problem: &ContactProblem,
     motions: &RigidMotions,
-    (lambda, tolerance): (&[f64], f64),
+    (solution, lambda): (&Solution, &[f64]),
     max: &dyn Fn(&mut [f64]),
 ) -> Vec<String> {
-    let Some(bodies) = problem.labels.bodies.as_ref().filter(|bodies| bodies.list.len() > 1) else {
+    let solved = solution.status == Status::Solved;
+    let Some(bodies) = problem.labels.bodies.as_ref().filter(|bodies| solved && bodies.list.len() > 1) else {
         return Vec::new();
     };
+    let tolerance = solution.certificate.tolerance;
     let (count, m) = (bodies.list.len(), problem.points());
     // What each body holds on to, with the ground after the last one.
     let ground = count;
