@@ -165,7 +165,8 @@ impl<'a> Claims<'a> {
                     Some(claim) if own.is_in_front_of(claim) => Lost::Behind,
                     Some(_) => Lost::AcrossEdge,
                 };
-                if lost == Lost::Beside {
+                let is_pair = !is_obstacle(owner) && !is_bonded(owner);
+                if lost == Lost::Beside || is_pair && claim.is_none() && self.hardly_meets_beside(number, *node, own) {
                     shares.beside.push([owner, number]);
                 }
                 shares.lost[number].insert(*node, lost);
@@ -177,6 +178,13 @@ impl<'a> Claims<'a> {
     /// Whether a node makes no claim because hardly anything of its faces meets the counterpart.
     fn hardly_meets(&self, number: usize, node: u32) -> bool {
         self.matched.get(&number).is_some_and(|matched| matched.hardly_meets(self.dofs, node))
+    }
+
+    /// Whether a little of a node's faces meets the counterpart, which makes no claim, on the side of another claim. Both contacts lose
+    /// rows of nodes there: each carries for the nodes of the other.
+    fn hardly_meets_beside(&self, number: usize, node: u32, other: &Claim) -> bool {
+        let meets = |matched: &Matched| matched.meets_on(node).is_some_and(|normal| dot(normal, other.normal) > SIDE);
+        self.hardly_meets(number, node) && self.matched.get(&number).is_some_and(meets)
     }
 
     fn of(&mut self, number: usize) -> HashMap<u32, Claim> {

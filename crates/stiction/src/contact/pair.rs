@@ -143,6 +143,13 @@ impl<'a> Matched<'a> {
         !self.others.contains(&node) && prescribed(dofs, node).iter().all(Option::is_none)
     }
 
+    /// The normal of a node some of whose faces meets the other surface.
+    pub(super) fn meets_on(&self, node: u32) -> Option<V3> {
+        let meets = self.covered.get(&node).is_some_and(|[area, _]| *area > 0.0);
+        let place = self.outward.partition_point(|(other, _)| *other < node);
+        self.outward.get(place).filter(|(other, _)| meets && *other == node).map(|(_, normal)| *normal)
+    }
+
     /// Of the nodes that could carry a multiplier.
     pub(super) fn claims(&self, dofs: &DofMap) -> HashMap<u32, Claim> {
         let of = |(node, normal, whole): (u32, V3, f64)| {

@@ -93,7 +93,7 @@ pub fn choose_slave(mesh: &Mesh, dofs: &DofMap, surface: &ContactSurface, young:
 /// The ratio of moduli up to which points may lie on the stiffer body: multigrid refuses them from a hundred on.
 const MUCH_STIFFER: f64 = 30.0;
 /// The ratio of the sizes of faces up to which points may lie on the coarser surface.
-const MUCH_COARSER: f64 = 2.0;
+const MUCH_COARSER: f64 = 4.0;
 
 /// Whether the other surface of a pair could carry the points just as well, but for the size of its faces and the stiffness of its body;
 /// `young` are the moduli behind the surface with the points and behind the other one.

@@ -175,7 +175,10 @@ fn centre_of_pressure(run: &Run, stamp: &str) -> f64 {
 #[test]
 fn stamps_beside_one_another_stand_where_statics_says_so() {
     let unlike = Stamps { plate: 8, cells: [1, 2], width: 5.0, middle: 22.0, ..SYMMETRIC };
-    for stamps in [&SYMMETRIC, &unlike] {
+    // The plate has smaller cells than the stamps, with nodes and with the middle of cells between them.
+    let finer = Stamps { plate: 20, cells: [2, 2], width: 7.0, ..SYMMETRIC };
+    let between_nodes = Stamps { middle: 21.0, ..finer };
+    for stamps in [&SYMMETRIC, &unlike, &finer, &between_nodes] {
         for part in [0.1, 0.25, 0.4] {
             let Stamps { middle, width, .. } = *stamps;
             let places = [middle - 0.25 - part * width, middle + 0.25 + part * width];

@@ -480,12 +480,14 @@ pub struct SolverSpec {
     pub method_name: String,
     /// The method, with its own tolerances.
     pub method: MethodSettings,
+    /// Where the settings are; empty if there are none.
+    pub spot: Spot,
 }
 
 impl Default for SolverSpec {
     fn default() -> Self {
         let method = MethodSettings::new(Method::Newton);
         let (tolerance, max_iterations, path, method_name) = (1e-8, 200, SolverPath::Auto, "newton".into());
-        SolverSpec { tolerance, max_iterations, memory: None, path, starts: None, method_name, method }
+        SolverSpec { tolerance, max_iterations, memory: None, path, starts: None, method_name, method, spot: Spot::default() }
     }
 }

@@ -44,6 +44,7 @@ pub(super) fn solver(case: &View, contacts: &[ContactSpec]) -> Result<SolverSpec
         starts: table.given("starts").map(|_| table.count("starts")),
         method_name: table.text("method"),
         method,
+        spot: table.spot(),
     })
 }
 

@@ -20,9 +20,8 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
     };
     first(&mut case.cyclic.iter().map(|cyclic| &cyclic.spot), "cyclic symmetry")?;
     case.contacts.iter().try_for_each(contact)?;
-    let whole = |what: &str| Err(refused(&case.mesh.spot, what));
     if case.accuracy.is_some_and(|accuracy| accuracy.proven) {
-        return whole("the proof of a bound of the error (accuracy.proven)");
+        return Err(refused(&case.mesh.spot, "the proof of a bound of the error (accuracy.proven)"));
     }
     let timed = |(during, _): &(&During, &Spot)| case.accuracy.is_some() && during.period(&case.steps) != ALWAYS;
     let of_fixes = case.fixes.iter().map(|fix| (&fix.during, &fix.spot));
@@ -34,17 +33,18 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
             case.contacts.iter().filter(|contact| contact.stiffness.is_some()).map(|contact| &contact.spot);
         first(&mut yields, "[accuracy] with an interface that yields")?;
     }
+    let setting = |what: &str| Err(refused(&case.solver.spot, what));
     if case.solver.starts.is_some() {
-        return whole("the search for further solutions (solver.starts)");
+        return setting("the search for further solutions (solver.starts)");
     }
     if case.solver.method.method != Method::Newton {
-        return whole("another method than the default one (solver.method)");
+        return setting("another method than the default one (solver.method)");
     }
     if !matches!(case.solver.path, SolverPath::Auto | SolverPath::Multigrid) {
-        return whole("another path than multigrid (solver.path)");
+        return setting("another path than multigrid (solver.path)");
     }
     if case.contacts.is_empty() {
-        return whole("a case without contact");
+        return Err(refused(&case.mesh.spot, "a case without contact"));
     }
     Ok(())
 }
