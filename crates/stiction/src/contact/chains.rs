@@ -8,32 +8,36 @@ use super::points::Point;
 /// held to one another twice.
 #[derive(Default)]
 pub(super) struct Chains {
+    /// Of the node of each point those that it hangs on.
     others: HashMap<u32, Vec<u32>>,
-    ends: HashSet<u32>,
+    /// Of each of these the nodes of the points.
+    hanging: HashMap<u32, Vec<u32>>,
 }
 
 impl Chains {
     /// Adds points of a surface.
     pub(super) fn add(&mut self, points: &[Point]) {
         for point in points {
-            self.ends.extend(others(point));
+            others(point).for_each(|other| self.hanging.entry(other).or_default().push(point.node));
             self.others.entry(point.node).or_default().extend(others(point));
         }
     }
 
-    /// Whether a node has a point.
-    pub(super) fn has_point(&self, node: u32) -> bool {
-        self.others.contains_key(&node)
+    /// Whether there are no points.
+    pub(super) fn is_empty(&self) -> bool {
+        self.others.is_empty()
     }
 
-    /// Whether a point hangs on a node.
-    pub(super) fn is_end(&self, node: u32) -> bool {
-        self.ends.contains(&node)
+    /// Whether a node has a point, or a point of a node of `opposite` hangs on it: where two pairs have points on either side of the same
+    /// surfaces, those at the border stand for the same faces.
+    pub(super) fn is_taken(&self, node: u32, opposite: &HashSet<u32>) -> bool {
+        let hanging = self.hanging.get(&node).into_iter().flatten();
+        self.others.contains_key(&node) || hanging.into_iter().any(|other| opposite.contains(other))
     }
 
     /// The nodes of further points that lead back to themselves: without points there none does.
     pub(super) fn closed_by(&self, points: &[Point]) -> Vec<u32> {
-        let ends: Vec<&Point> = points.iter().filter(|point| self.is_end(point.node)).collect();
+        let ends: Vec<&Point> = points.iter().filter(|point| self.hanging.contains_key(&point.node)).collect();
         if ends.is_empty() {
             return Vec::new();
         }

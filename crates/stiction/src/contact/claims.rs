@@ -25,7 +25,7 @@ const UNEVEN: f64 = 0.05;
 /// Two counterparts that lie beside one another cover no more than this part of the faces of a node.
 const WHOLE: f64 = 1.01;
 /// Nodes have normals with a larger cosine on one smooth side.
-const SIDE: f64 = 0.8;
+pub(super) const SIDE: f64 = 0.8;
 /// Areas that differ by less than this part are the same.
 const SAME_AREA: f64 = 1e-6;
 

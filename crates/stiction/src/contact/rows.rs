@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::chains::Chains;
-use super::claims::{Claims, Lost, Shares};
+use super::claims::{Claims, Lost, SIDE, Shares};
 use super::followers::merge;
 use super::node_to_surface::points_of_nodes;
 use super::pair::points_of_pair;
@@ -14,7 +14,7 @@ use crate::Error;
 use crate::fem::DofMap;
 use crate::linalg::Csr;
 use crate::mesh::Mesh;
-use crate::mesh::v3::{V3, dot};
+use crate::mesh::v3::{V3, add, dot, norm};
 
 /// Contact of surfaces as rows over all displacements of a mesh, prescribed ones included; `m` points.
 #[derive(Debug, Clone, PartialEq)]
@@ -122,8 +122,8 @@ pub(super) fn all_points(
     Ok((points.into_iter().flatten().collect(), facts))
 }
 
-/// The nodes of a surface that others have or hang on, ascending, and how it has lost them.
-type Excluded = Vec<(u32, Option<Lost>, [bool; 3])>;
+/// The nodes of a surface that others have, ascending, and how it has lost them.
+type Excluded = Vec<(u32, Option<Lost>, [bool; 2])>;
 
 fn excluded(
     mesh: &Mesh,
@@ -131,15 +131,13 @@ fn excluded(
     lost: &HashMap<u32, Lost>,
     (tied, chains): (&HashSet<u32>, &Chains),
 ) -> Excluded {
-    let alone = match &surface.against {
-        Counterpart::Surface(master) => master.nodes.clone(),
-        Counterpart::Obstacle(_) => None,
-    };
-    let nodes = alone.unwrap_or_else(|| mesh.face_nodes(&surface.faces)).into_iter();
-    let of_node = |node: u32| {
-        (node, lost.get(&node).copied(), [tied.contains(&node), chains.has_point(node), chains.is_end(node)])
-    };
-    nodes.map(of_node).filter(|(_, lost, sets)| lost.is_some() || sets.contains(&true)).collect()
+    let taken = taken(mesh, surface, chains);
+    let of_node = |node: u32| (node, lost.get(&node).copied(), [tied.contains(&node), taken.contains(&node)]);
+    named(mesh, surface)
+        .into_iter()
+        .map(of_node)
+        .filter(|(_, lost, sets)| lost.is_some() || sets.contains(&true))
+        .collect()
 }
 
 /// The points of one surface, which has `lost` nodes to others, where others are `tied` or have points. Nodes of a pair from which a
@@ -151,11 +149,7 @@ fn points_of<'a>(
     (lost, tied, chains): (&HashMap<u32, Lost>, &HashSet<u32>, &Chains),
 ) -> Result<(Vec<Point>, SurfaceFacts), Error> {
     let surface = &surfaces[number];
-    let named = match &surface.against {
-        Counterpart::Surface(Master { nodes: Some(nodes), .. }) => nodes.clone(),
-        _ => mesh.face_nodes(&surface.faces),
-    };
-    let mut taken: HashSet<u32> = named.into_iter().filter(|&node| chains.has_point(node)).collect();
+    let mut taken = taken(mesh, surface, chains);
     loop {
         let (mut points, mut facts) = match &surface.against {
             Counterpart::Obstacle(obstacle) => points_on_obstacle(mesh, dofs, surface, obstacle, (lost, tied))?,
@@ -173,6 +167,45 @@ fn points_of<'a>(
             return Ok((points, facts));
         }
         taken.extend(closed);
+    }
+}
+
+/// The nodes of a pair that may have no point, because they are [`taken`](Chains::is_taken) by earlier ones.
+fn taken(mesh: &Mesh, surface: &ContactSurface, chains: &Chains) -> HashSet<u32> {
+    let Counterpart::Surface(master) = &surface.against else { return HashSet::new() };
+    if chains.is_empty() {
+        return HashSet::new();
+    }
+    let opposite = around(mesh, &master.faces);
+    named(mesh, surface).into_iter().filter(|&node| chains.is_taken(node, &opposite)).collect()
+}
+
+/// The nodes of a surface and of the faces that go on from it without a sharp edge.
+fn around(mesh: &Mesh, faces: &[u32]) -> HashSet<u32> {
+    let mut normals: HashMap<u32, V3> = HashMap::new();
+    for &face in faces {
+        let normal = mesh.face_normal(face as usize);
+        for &node in mesh.faces[face as usize].nodes() {
+            let sum = normals.entry(node).or_default();
+            *sum = add(*sum, normal);
+        }
+    }
+    let goes_on = |face: usize| {
+        let along = |sum: &V3| {
+            let normal = mesh.face_normal(face);
+            dot(normal, *sum) > SIDE * norm(normal) * norm(*sum)
+        };
+        mesh.faces[face].nodes().iter().any(|node| normals.get(node).is_some_and(along))
+    };
+    let beside = (0..mesh.faces.len()).filter(|&face| goes_on(face)).flat_map(|face| mesh.faces[face].nodes());
+    normals.keys().chain(beside).copied().collect()
+}
+
+/// The nodes of a surface that may have points.
+fn named(mesh: &Mesh, surface: &ContactSurface) -> Vec<u32> {
+    match &surface.against {
+        Counterpart::Surface(Master { nodes: Some(nodes), .. }) => nodes.clone(),
+        _ => mesh.face_nodes(&surface.faces),
     }
 }
 

@@ -180,3 +180,41 @@ fn how_loads_carry_a_body_away_is_told_on_ranks_as_on_one() {
     assert_eq!(found.status, Status::NoEquilibrium);
     has(&found.ended_short().unwrap(), &["there is no equilibrium, the loads carry away"]);
 }
+
+/// A plate lies loose between another one and one that comes down on it: it is named for the time before it is pressed, and where the
+/// loads of the last step are gone, the others are not.
+#[test]
+fn a_body_that_nothing_holds_in_some_steps_is_named_on_ranks_as_on_one() {
+    let plate = |name: &str, z: f64| {
+        format!(
+            "[mesh.parts.{name}]\nblock = {{ size = [4, 4, 1], cells = [4, 4, 1], element = \"hex8\", origin = [0, 0, {z}] }}\n"
+        )
+    };
+    let contact = |on: &str, against: &str| {
+        format!("[[contact]]\non = \"{on}\"\nagainst = \"{against}\"\nfriction = {{ coulomb = 0.3 }}\n")
+    };
+    let text = [plate("a", 0.0), plate("b", 1.0), plate("c", 2.1)].concat()
+        + "[materials.m]\nyoung = 1000\npoisson = 0.3\n[[fix]]\non = \"a.z-min\"\n\
+           [[fix]]\non = \"c.z-max\"\nvalue = [0, 0, \"-0.3*min(t, 2 - t)\"]\n"
+        + &contact("b.z-min", "a.z-max")
+        + &contact("c.z-min", "b.z-max")
+        + "[[step]]\nuntil = 1\nincrements = 4\n[[step]]\nuntil = 2\nincrements = 2\n";
+    let case = case_of(&text, "1e-8");
+    let warnings = |rows: &[stiction::run::Row]| {
+        of(rows, &["warning"])
+            .into_iter()
+            .filter(|row| row.value.contains("nothing holds"))
+            .cloned()
+            .collect::<Vec<_>>()
+    };
+    let expected = serial(&case);
+    let unheld: Vec<&[String]> = expected.steps.iter().map(|step| &step.answer.unheld[..]).collect();
+    let loose = ["b".to_string()];
+    assert_eq!(unheld, [&loose[..], &[], &[], &[], &[], &loose]);
+    let [warning] = &warnings(&expected.report)[..] else { panic!("{:?}", expected.report) };
+    assert!(warning.value.contains("nothing holds body \"b\" at t = 0.25 and in 1 more increment:"), "{warning:?}");
+    for size in [1, 2, 4] {
+        let found = on_ranks(&case, size).1;
+        assert_eq!(warnings(&found.report), [warning.clone()], "{size} ranks");
+    }
+}

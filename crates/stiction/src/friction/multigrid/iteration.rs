@@ -73,6 +73,8 @@ pub(super) struct State {
     /// Whether it begins at displacements that were given, such as the answer of the load step before.
     given: bool,
     loose: LooseMotions,
+    /// The residual that was taken for rounding last, newton.
+    rounded: Option<f64>,
     /// Whether this rank was asked to stop, which the others learn with the next survey.
     stops: bool,
 }
@@ -114,6 +116,10 @@ impl Threshold {
     const SHARP: f64 = 1e-6;
     /// The square of contact forces over that of the load below which there are none to measure by.
     const FORCES: f64 = 1e-10;
+    /// What rounding leaves of forces that balance, over their size.
+    const ROUNDING: f64 = 1e-14;
+    /// The residual over one that was taken for rounding, and did not certify, at which it is taken for it once more.
+    const ONCE_MORE: f64 = 0.01;
     /// The last cycle's drift of `K u` that is accepted, over the tolerance.
     const DRIFT: f64 = 0.1;
 }
@@ -151,8 +157,10 @@ pub(super) fn run(
             return End::Interrupted;
         }
         let is_sharp = problem.tightening.is_none() || of_contact <= Threshold::SHARP;
-        if violated <= problem.tolerance && is_sharp && !guessed {
-            if state.refresh_forces(problem) {
+        let rounded = state.is_rounding(problem, left);
+        if (violated <= problem.tolerance || rounded) && is_sharp && !guessed {
+            state.rounded = if rounded { Some(left) } else { state.rounded };
+            if state.refresh_forces(problem) || rounded {
                 return End::Converged;
             }
             state.monitor.retract();
@@ -300,6 +308,18 @@ impl State {
         let drift: Vector = fresh.iter().zip(&*ku).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
         *ku = fresh;
         norm(problem.transformed.halo(), &drift) <= Threshold::DRIFT * problem.tolerance * load(problem.transformed, ku)
+    }
+
+    /// Whether a residual of `left` newton that does not fall is what rounding leaves of the forces inside the bodies: where loads vanish
+    /// that is all there is, and nothing to measure it by.
+    fn is_rounding(&self, problem: &Subproblem<'_>, left: f64) -> bool {
+        let is_less = self.rounded.is_none_or(|before| left <= Threshold::ONCE_MORE * before);
+        if !is_less || !self.monitor.is_slow() {
+            return false;
+        }
+        let mut squares = [problem.transformed.k.squares_of_terms(&self.iterate.u)];
+        problem.transformed.halo().sum(&mut squares);
+        left <= Threshold::ROUNDING * squares[0].sqrt()
     }
 
     /// Resets cycling active sets: all points in contact stick, and the directions are dropped.

@@ -81,7 +81,12 @@ impl Monitor {
     /// the answer of the load step before, `slides` if nothing but friction that slips holds a floating body.
     pub(super) fn is_coupled(&self, given: bool, slides: bool) -> bool {
         let is_nearby = given && self.of_contact.first().is_some_and(|&first| first <= Threshold::NEARBY);
-        (is_nearby || slides || !self.is_far()) && !self.without_halving(Threshold::SLOW)
+        (is_nearby || slides || !self.is_far()) && !self.is_slow()
+    }
+
+    /// Whether the residual has not fallen for some cycles.
+    pub(super) fn is_slow(&self) -> bool {
+        self.without_halving(Threshold::SLOW)
     }
 
     /// Judges the last residual, which is that of `iterate` after `cycles`, and keeps the best iterate.

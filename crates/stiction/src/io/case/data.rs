@@ -488,6 +488,15 @@ impl Default for SolverSpec {
     fn default() -> Self {
         let method = MethodSettings::new(Method::Newton);
         let (tolerance, max_iterations, path, method_name) = (1e-8, 200, SolverPath::Auto, "newton".into());
-        SolverSpec { tolerance, max_iterations, memory: None, path, starts: None, method_name, method, spot: Spot::default() }
+        SolverSpec {
+            tolerance,
+            max_iterations,
+            memory: None,
+            path,
+            starts: None,
+            method_name,
+            method,
+            spot: Spot::default(),
+        }
     }
 }

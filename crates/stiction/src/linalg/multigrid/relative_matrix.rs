@@ -149,6 +149,19 @@ impl RelativeMatrix {
         forces
     }
 
+    /// The sum of the squares of what the nodes of this rank contribute to their own forces in [`times`](Self::times).
+    pub(crate) fn squares_of_terms(&self, x: &[[f64; 3]]) -> f64 {
+        let mut u = x.to_vec();
+        if let Some(relative) = self.relative.as_ref().filter(|_| self.halo.is_alone()) {
+            relative.to_absolute(&mut u);
+        }
+        let of_node = |(i, u): (usize, &[f64; 3])| {
+            let stiffness = self.a.diagonal(i);
+            (0..3).map(|c| (stiffness[c][c] * u[c]).powi(2)).sum::<f64>()
+        };
+        u.iter().enumerate().map(of_node).sum()
+    }
+
     /// The product by rows, which takes no exchange but that of `x`.
     fn times_rows(&self, x: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mut y = self.a.times(x);

@@ -201,7 +201,7 @@ pub(in crate::run) fn unheld_rows<'a>(
         let first = times.first().map_or(String::new(), |&t| number(t));
         let more = match times.len() {
             1 => String::new(),
-            count => format!(" and in {} more increments", count - 1),
+            count => format!(" and in {}", many(count - 1, "more increment")),
         };
         let why = "its place there says nothing, and friction of later steps depends on it";
         let remedy = "hold it there, or let its contact begin with the first step";
