@@ -195,7 +195,7 @@ fn a_body_that_nothing_holds_in_some_steps_is_named_on_ranks_as_on_one() {
     };
     let text = [plate("a", 0.0), plate("b", 1.0), plate("c", 2.1)].concat()
         + "[materials.m]\nyoung = 1000\npoisson = 0.3\n[[fix]]\non = \"a.z-min\"\n\
-           [[fix]]\non = \"c.z-max\"\nvalue = [0, 0, \"-0.3*min(t, 2 - t)\"]\n"
+           [[fix]]\non = \"c.z-max\"\nvalue = [0, 0, \"-0.3*min(t, 2.2 - t)\"]\n"
         + &contact("b.z-min", "a.z-max")
         + &contact("c.z-min", "b.z-max")
         + "[[step]]\nuntil = 1\nincrements = 4\n[[step]]\nuntil = 2\nincrements = 2\n";

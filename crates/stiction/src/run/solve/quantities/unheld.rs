@@ -1,7 +1,7 @@
 //! Bodies that nothing holds.
 
 use crate::contact::rigid::RigidMotions;
-use crate::contact::{Bodies, ContactProblem};
+use crate::contact::{Bodies, ContactProblem, Friction};
 use crate::friction::{Solution, Status};
 use crate::run::pose::Prepared;
 
@@ -44,7 +44,11 @@ pub(crate) fn unheld_among(
     let sizes = problem.elastic.f.iter().chain(lambda).map(|force| force.abs());
     let mut largest = [sizes.fold(0.0, f64::max)];
     max(&mut largest);
-    let acts = |j: &usize| [0, 1, 2].iter().any(|r| lambda[r * m + j].abs() > tolerance * largest[0]);
+    // Supports and couplings of some steps are ties, and hold without a force.
+    let ties = |j: usize| {
+        problem.contact.friction[j] == Friction::Bonded && problem.contact.out.binary_search(&(j as u32)).is_err()
+    };
+    let acts = |&j: &usize| ties(j) || [0, 1, 2].iter().any(|r| lambda[r * m + j].abs() > tolerance * largest[0]);
     for j in (0..m).filter(acts) {
         let row = |i: usize| problem.contact.B.row(i).0;
         let mut touched: Vec<usize> =
