@@ -167,7 +167,8 @@ impl<'a> Matched<'a> {
     }
 }
 
-/// The points of one pair. `lost` are the nodes that belong to other contacts, and `taken` has those that have points of others, or from which chains of points would lead back to them.
+/// The points of one pair. `lost` are the nodes that belong to other contacts, and `taken` has those that have points of others, or from
+/// which chains of points would lead back to them.
 ///
 /// A point hangs on its own node and on the master nodes by the weighted jump of [`rows`]; its gap is that jump of the
 /// coordinates along the averaged normal, so that gap and displacement mean the same whatever the meshes. Nodes that
