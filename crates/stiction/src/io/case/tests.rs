@@ -114,7 +114,7 @@ fn the_brick_is_read_as_it_is_meant() {
     assert_eq!(contact.against, AgainstSpec::Obstacle(plane));
     assert_eq!(contact.friction, SurfaceFriction::Coulomb(0.35));
     assert_eq!(contact.spot.place, "case.toml:13:1");
-    assert_eq!(case.solver, SolverSpec::default());
+    assert_eq!(case.solver, SolverSpec { spot: case.solver.spot.clone(), ..SolverSpec::default() });
 }
 
 #[test]
@@ -144,7 +144,8 @@ fn a_case_without_any_optional_key_takes_every_default() {
     assert_eq!(case.solver, SolverSpec::default());
     assert!(case.fixes.is_empty() && case.loads.is_empty() && case.contacts.is_empty());
     let solver = parse(&format!("{text}[solver]\n"), "a", &[]).unwrap().solver;
-    assert_eq!(solver, SolverSpec::default());
+    assert_eq!(solver, SolverSpec { spot: solver.spot.clone(), ..SolverSpec::default() });
+    assert!(solver.spot.place.starts_with("a:") && case.solver.spot.place.is_empty(), "{}", solver.spot.place);
 }
 
 #[test]
