@@ -183,8 +183,8 @@ impl<'a> Claims<'a> {
     /// Whether a little of a node's faces meets the counterpart, which makes no claim, on the side of another claim. Both contacts lose
     /// rows of nodes there: each carries for the nodes of the other.
     fn hardly_meets_beside(&self, number: usize, node: u32, other: &Claim) -> bool {
-        let meets = |matched: &Matched| matched.meets_on(node).is_some_and(|normal| dot(normal, other.normal) > SIDE);
-        self.hardly_meets(number, node) && self.matched.get(&number).is_some_and(meets)
+        let normal = self.matched.get(&number).and_then(|matched| matched.meets_on(node));
+        self.hardly_meets(number, node) && normal.is_some_and(|normal| dot(normal, other.normal) > SIDE)
     }
 
     fn of(&mut self, number: usize) -> HashMap<u32, Claim> {

@@ -87,15 +87,15 @@ pub(super) fn all_points(
         let (mut tied, mut chains) = (HashSet::new(), Chains::default());
         for &number in order.iter().filter(|number| span.surfaces.contains(number)) {
             let (surface, lost) = (&surfaces[number], &lost[number]);
-            let known =
-                if spans.len() == 1 { Excluded::new() } else { excluded(mesh, surface, lost, (&tied, &chains)) };
+            let taken = taken(mesh, surface, &chains);
+            let known = if spans.len() == 1 { Excluded::new() } else { excluded(mesh, surface, lost, [&tied, &taken]) };
             let same = made[number]
                 .iter()
                 .position(|(version, excluded)| *excluded == known && chains.closed_by(&version.points).is_empty());
             let at = match same {
                 Some(at) => at,
                 None => {
-                    let found = points_of(&mut claims, (mesh, dofs), (surfaces, number), (lost, &tied, &chains));
+                    let found = points_of(&mut claims, (mesh, dofs), (surfaces, number), (lost, &tied, taken), &chains);
                     let (points, facts) = found.map_err(|e| e.at(&quoted(&surface.name)))?;
                     made[number].push((Version { points, facts, times: Vec::new() }, known));
                     made[number].len() - 1
@@ -125,14 +125,8 @@ pub(super) fn all_points(
 /// The nodes of a surface that others have, ascending, and how it has lost them.
 type Excluded = Vec<(u32, Option<Lost>, [bool; 2])>;
 
-fn excluded(
-    mesh: &Mesh,
-    surface: &ContactSurface,
-    lost: &HashMap<u32, Lost>,
-    (tied, chains): (&HashSet<u32>, &Chains),
-) -> Excluded {
-    let taken = taken(mesh, surface, chains);
-    let of_node = |node: u32| (node, lost.get(&node).copied(), [tied.contains(&node), taken.contains(&node)]);
+fn excluded(mesh: &Mesh, surface: &ContactSurface, lost: &HashMap<u32, Lost>, sets: [&HashSet<u32>; 2]) -> Excluded {
+    let of_node = |node: u32| (node, lost.get(&node).copied(), sets.map(|set| set.contains(&node)));
     named(mesh, surface)
         .into_iter()
         .map(of_node)
@@ -140,16 +134,16 @@ fn excluded(
         .collect()
 }
 
-/// The points of one surface, which has `lost` nodes to others, where others are `tied` or have points. Nodes of a pair from which a
-/// chain of points leads back to them get none.
+/// The points of one surface, which has `lost` nodes to others, where others are `tied` or `taken`. Nodes of a pair from which a chain of
+/// points leads back to them get none.
 fn points_of<'a>(
     claims: &mut Claims<'a>,
     (mesh, dofs): (&Mesh, &DofMap),
     (surfaces, number): (&'a [ContactSurface], usize),
-    (lost, tied, chains): (&HashMap<u32, Lost>, &HashSet<u32>, &Chains),
+    (lost, tied, mut taken): (&HashMap<u32, Lost>, &HashSet<u32>, HashSet<u32>),
+    chains: &Chains,
 ) -> Result<(Vec<Point>, SurfaceFacts), Error> {
     let surface = &surfaces[number];
-    let mut taken = taken(mesh, surface, chains);
     loop {
         let (mut points, mut facts) = match &surface.against {
             Counterpart::Obstacle(obstacle) => points_on_obstacle(mesh, dofs, surface, obstacle, (lost, tied))?,
