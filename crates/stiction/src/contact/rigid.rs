@@ -152,18 +152,8 @@ impl RigidMotions {
                 }
             }
         }
-        // Mostly none is, which a factorisation tells in much less time than eigenvalues.
-        let less = |(a, row): (usize, &Vec<f64>)| {
-            let mut row = row[..=a].to_vec();
-            row[a] -= 2.0 * unseen * unseen;
-            row
-        };
-        if SmallCholesky::new(gram.iter().enumerate().map(less).collect()).is_some() {
-            return Vec::new();
-        }
-        let (values, vectors) = symmetric_eigen(&gram);
-        let free = values.into_iter().zip(vectors).filter(|(value, _)| *value <= unseen * unseen);
-        free.map(|(_, vector)| vector.iter().zip(&unit).map(|(v, u)| v * u).collect()).collect()
+        let free = near_kernel_of(&gram, unseen * unseen).into_iter();
+        free.map(|vector| vector.iter().zip(&unit).map(|(v, u)| v * u).collect()).collect()
     }
 
     /// As many unknowns of each body as it has motions, spread so that holding them stops all of them: each time the
@@ -173,6 +163,21 @@ impl RigidMotions {
     pub fn fixing(&self) -> Vec<u32> {
         self.bodies.iter().flat_map(fixing).collect()
     }
+}
+
+/// Orthonormal eigenvectors of a symmetric matrix with eigenvalues up to `least`.
+pub(crate) fn near_kernel_of(gram: &[Vec<f64>], least: f64) -> Vec<Vec<f64>> {
+    // Mostly there are none, which a factorisation tells in much less time than eigenvalues.
+    let less = |(a, row): (usize, &Vec<f64>)| {
+        let mut row = row[..=a].to_vec();
+        row[a] -= 2.0 * least;
+        row
+    };
+    if SmallCholesky::new(gram.iter().enumerate().map(less).collect()).is_some() {
+        return Vec::new();
+    }
+    let (values, vectors) = symmetric_eigen(gram);
+    values.into_iter().zip(vectors).filter(|(value, _)| *value <= least).map(|(_, vector)| vector).collect()
 }
 
 fn fixing(body: &FloatingBody) -> Vec<u32> {

@@ -3,8 +3,8 @@
 use super::active_set::ContactCondition;
 use super::directions::Vector;
 use super::transform::Transformed;
-use crate::contact::rigid::RigidMotions;
-use crate::linalg::{Csr, SmallCholesky, axpy, dot, symmetric_eigen};
+use crate::contact::rigid::{RigidMotions, near_kernel_of};
+use crate::linalg::{Csr, axpy, dot};
 
 /// Such motions, which are taken off directions near the solution. No force acts along them but what rounding has left, and no energy
 /// stops it: bodies that nothing loads go ever farther, twice as far with each cycle, and take the residual with them. Of five load
@@ -77,16 +77,5 @@ fn unresisted(jumps: &Csr, resisted: &[bool]) -> Vec<Vec<f64>> {
             }
         }
     }
-    let least = UNSEEN * UNSEEN * largest;
-    // Mostly all are resisted, which a factorisation tells in much less time than eigenvalues.
-    let less = |(a, row): (usize, &Vec<f64>)| {
-        let mut row = row[..=a].to_vec();
-        row[a] -= 2.0 * least;
-        row
-    };
-    if SmallCholesky::new(gram.iter().enumerate().map(less).collect()).is_some() {
-        return Vec::new();
-    }
-    let (values, vectors) = symmetric_eigen(&gram);
-    values.into_iter().zip(vectors).filter(|(value, _)| *value <= least).map(|(_, vector)| vector).collect()
+    near_kernel_of(&gram, UNSEEN * UNSEEN * largest)
 }
