@@ -114,9 +114,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
 /// What is to be done where the limit of iterations has ended a run.
 pub(in crate::run) fn limit_row(rows: &mut Rows, status: Status) {
     if status == Status::MaxIterations {
-        rows.more(
-            "if the residuals still fall (`--progress`), give it more: `--set solver.max_iterations=1000`".into(),
-        );
+        rows.more("if the residuals still fall, give it more with a larger `max_iterations` under [solver]".into());
     }
 }
 
