@@ -72,6 +72,7 @@ pub(super) struct State {
     guess: bool,
     /// Whether it begins at displacements that were given, such as the answer of the load step before.
     given: bool,
+    /// The motions that nothing resisted in the last cycle near the solution.
     loose: LooseMotions,
     /// The residual that was taken for rounding last, newton.
     rounded: Option<f64>,
@@ -159,7 +160,9 @@ pub(super) fn run(
         let is_sharp = problem.tightening.is_none() || of_contact <= Threshold::SHARP;
         let rounded = state.is_rounding(problem, left);
         if (violated <= problem.tolerance || rounded) && is_sharp && !guessed {
-            state.rounded = if rounded { Some(left) } else { state.rounded };
+            if rounded {
+                state.rounded = Some(left);
+            }
             if state.refresh_forces(problem) || rounded {
                 return End::Converged;
             }
