@@ -29,7 +29,7 @@ pub(super) mod ties;
 mod travel;
 
 pub use bolts::Bolt;
-pub(super) use coarser::Coarser;
+pub(super) use coarser::{Coarser, CoarserCase};
 pub use couplings::Coupling;
 pub use facts::{
     BoltFacts, ContactFacts, CouplingFacts, CyclicFacts, Facts, FixFacts, LoadFacts, MaterialFacts, SpringFacts,

@@ -15,6 +15,7 @@ mod homes;
 mod keep;
 mod local;
 mod matching;
+mod nested;
 mod numbering;
 mod outside;
 mod parts;

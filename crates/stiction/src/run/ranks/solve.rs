@@ -20,7 +20,7 @@ use super::tighten::{Answer, Found, March, Solver};
 use super::timed::note_where_it_stands;
 use super::totals::totals;
 use super::tractions::tractions;
-use super::{room, scope, share, small};
+use super::{nested, room, scope, share, small};
 use crate::Error;
 use crate::certificate::ghost_values;
 use crate::contact::ContactProblem;
@@ -193,6 +193,8 @@ impl Begun {
         seconds.assembly = lap();
         let (mut multigrid, own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
         seconds.setup = lap();
+        let begins = start.is_none() && case.steps.is_empty();
+        let nested = if begins { nested::start(case, &local) } else { None };
         let before = counted.traffic();
         let settings = friction::Settings {
             tolerance: case.solver.tolerance,
@@ -215,7 +217,7 @@ impl Begun {
                 (found, steps, remarks)
             }
             None => {
-                let start = start.map(|start| start.displacements(&local));
+                let start = start.map(|start| start.displacements(&local)).or(nested);
                 let each = (kept.as_mut(), look.as_deref_mut());
                 march(case, (&mut local, &mut multigrid, own), (settings, start, &mut statics), each, observer)?
             }
@@ -275,7 +277,7 @@ impl Begun {
 
 impl Start {
     /// Those of all unknowns here.
-    fn displacements(self, local: &Local) -> Vec<f64> {
+    pub(super) fn displacements(self, local: &Local) -> Vec<f64> {
         let u = match self {
             Start::Displacements(u) => u,
             Start::Answer(answer, _) => {
@@ -291,7 +293,7 @@ impl Start {
 }
 
 /// Solves the increments of all load steps, or without steps what acts at once.
-fn march(
+pub(super) fn march(
     case: &Case,
     (local, multigrid, own): (&mut Local, &mut Multigrid, ContactProblem),
     (settings, start, statics): (friction::Settings, Option<Vec<f64>>, &mut Statics),

@@ -12,7 +12,7 @@ mod discretisation;
 pub(super) mod extrapolation;
 mod free_motions;
 mod levels;
-mod nested;
+pub(crate) mod nested;
 pub(super) mod passing;
 mod path;
 pub(super) mod quantities;

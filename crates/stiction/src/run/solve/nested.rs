@@ -16,13 +16,18 @@ const TOLERANCE: f64 = 0.03;
 /// Cycles allowed for it.
 const CYCLES: usize = 100;
 
+/// How the coarser problem is solved.
+pub(crate) fn settings() -> Settings {
+    Settings { tolerance: TOLERANCE, max_iterations: CYCLES, ..Settings::default() }
+}
+
 /// Displacements of the unknowns of `fine` by interpolation of the solution on the coarser block ([`weights`]); nothing
 /// if it is not found, or not before `stop` asks to end.
 pub(crate) fn start(coarser: &Coarser, fine: &Prepared, stop: &Stop) -> Option<Vec<f64>> {
     let problem = &coarser.prepared.problem;
     let mut multigrid = Multigrid::until(problem, stop).ok()?;
     let start_displacement = coarser.prepared.coarser.as_ref().and_then(|c| start(c, &coarser.prepared, stop));
-    let settings = Settings { tolerance: TOLERANCE, max_iterations: CYCLES, start_displacement, ..Settings::default() };
+    let settings = Settings { start_displacement, ..settings() };
     let solution = solve_multigrid(problem, &mut multigrid, &settings, &mut |_| {
         if stop.asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
@@ -33,17 +38,10 @@ pub(crate) fn start(coarser: &Coarser, fine: &Prepared, stop: &Stop) -> Option<V
         return None; // the interpolation is along x, y, z
     }
     let u = full_displacement(&coarser.prepared.model, &solution.u);
-    let sizes = [0, 1, 2].map(|c| coarser.axes[c].len());
-    let at = |x: [f64; 3]| -> [f64; 3] {
-        let [along_x, along_y, along_z] = [0, 1, 2].map(|c| weights(&coarser.axes[c], x[c]));
+    let at = |x: [f64; 3]| {
         let mut sum = [0.0; 3];
-        for &(k, in_z) in &along_z {
-            for &(j, in_y) in &along_y {
-                let row = sizes[0] * (j + sizes[1] * k);
-                for &(i, in_x) in &along_x {
-                    (0..3).for_each(|c| sum[c] += in_z * in_y * in_x * u[3 * (row + i) + c]);
-                }
-            }
+        for (node, weight) in around(&coarser.axes, x) {
+            (0..3).for_each(|c| sum[c] += weight * u[3 * node as usize + c]);
         }
         sum
     };
@@ -55,6 +53,20 @@ pub(crate) fn start(coarser: &Coarser, fine: &Prepared, stop: &Stop) -> Option<V
 /// Nodes along an axis from which on interpolation is cubic; what linear interpolation leaves in the balance costs a cycle
 /// more, and on fewer nodes a cubic swings about what contact makes of the coarse displacements.
 const CUBIC: usize = 5;
+
+/// The nodes of a block around a place, with their weights; `axes` are where its nodes are along x, y and z.
+pub(crate) fn around(axes: &[Vec<f64>; 3], x: [f64; 3]) -> impl Iterator<Item = (u64, f64)> {
+    let [along_x, along_y, along_z] = [0, 1, 2].map(|c| weights(&axes[c], x[c]));
+    let [in_row, rows] = [0, 1].map(|c| axes[c].len() as u64);
+    let of_row = move |j: u64, k: u64, weight: f64| {
+        along_x.into_iter().map(move |(i, in_x)| (i as u64 + in_row * (j + rows * k), weight * in_x))
+    };
+    let of_layer = move |k: u64, in_z: f64| {
+        along_y.into_iter().flat_map(move |(j, in_y)| of_row(j as u64, k, in_z * in_y))
+    };
+    let all = along_z.into_iter().flat_map(move |(k, in_z)| of_layer(k as u64, in_z));
+    all.filter(|(_, weight)| *weight != 0.0)
+}
 
 /// Interpolation along an axis: the nodes around a place and their weights.
 fn weights(axis: &[f64], x: f64) -> [(usize, f64); 4] {
