@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::directions::{MOST_DIRECTIONS, Vector};
 use super::divided_bodies::{divided_motions, refuse_unresisted};
-use super::layers::{self, Tied};
+use super::layers::{self, Behind, Tied};
 use super::points::{OtherNodes, Point, points, points_at};
 use super::transform::{
     Transformed, all_in_frames, chained, compliance_of_others, frames_of, kernel, linear_space, mark_floating,
@@ -73,11 +73,14 @@ impl Transformed {
     ) -> Result<(Transformed, Hierarchy, Divided), Error> {
         let ranks = &division.ranks;
         let (graph, halo) = divided_graph(whole, division)?;
-        let found = points_here(whole, division, &graph);
-        let Points { nodes, points, others } = agree(&**ranks, found)?;
-        stop.check()?;
+        let nodes =
+            Nodes::new(&graph, whole.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"));
+        let nodes = agree(&**ranks, nodes)?;
         let mut k = nodes.blocks(&whole.elastic.K, &graph);
         let layers = layers::layers(&k);
+        let found = points_here(whole, division, (&graph, &nodes, &layers));
+        let (points, others) = agree(&**ranks, found)?;
+        stop.check()?;
         refuse_stiff_bodies(&k, &halo, &layers, &points, &others)?;
         let mut of_others = compliance_of_others(&k, &others);
         let tied = layers::tied_here(&halo, &layers, layers::tied(&k, &layers, &points), &points);
@@ -197,25 +200,21 @@ fn until_unchanged<T>(list: &[T], mut changes: impl FnMut(&T) -> bool) {
     while list.iter().fold(false, |any, item| changes(item) | any) {}
 }
 
-/// The nodes and all points here, with the other nodes that their rows reach.
-struct Points {
-    nodes: Nodes,
-    points: Vec<Point>,
-    others: Vec<OtherNodes>,
-}
-
-fn points_here(whole: &ContactProblem, division: &Division, graph: &NodeGraph) -> Result<Points, Error> {
-    let nodes = Nodes::new(graph, whole.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"))?;
+/// All points here, and the other nodes that their rows reach.
+fn points_here(
+    whole: &ContactProblem,
+    division: &Division,
+    (graph, nodes, layers): (&NodeGraph, &Nodes, &[Option<Behind>]),
+) -> Result<(Vec<Point>, Vec<OtherNodes>), Error> {
     // All points together decide which node is whose; a rank sees a part of them, and takes what they were posed on.
     let found = if division.ranks.size() == 1 {
-        points(whole, &nodes, &layers::layers(&nodes.blocks(&whole.elastic.K, graph)))
+        points(whole, nodes, layers)
     } else {
         let node = node_of_label(whole, division, graph);
         let at: Vec<u32> = division.points.iter().map(|&label| node[label as usize]).collect();
-        points_at(whole, &nodes, &at)
+        points_at(whole, nodes, &at)
     };
-    let (points, others) = found.map_err(|of| no_own_node(whole, &nodes, of))?;
-    Ok(Points { nodes, points, others })
+    found.map_err(|of| no_own_node(whole, nodes, of))
 }
 
 /// The relative coordinates of all points here; `None` where no rank has points between bodies.
