@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use stiction::certificate::{Certificate, certify, certify_divided};
 use stiction::contact::Division;
-use stiction::friction::{Multigrid, Settings, SolverPath, solve_multigrid};
+use stiction::friction::SolverPath;
 use stiction::io::case::{self, Case};
 use stiction::mesh::{Cuts, WeightedNode};
 use stiction::ranks::{Alone, Ranks, threads};
-use stiction::run::{Keep, Outcome, Prepared, RankedSummary, prepare, solve_on_ranks, solve_steps_on_ranks, totals};
+use stiction::run::{Keep, Outcome, Prepared, RankedSummary, solve_on_ranks, solve_steps_on_ranks, totals};
 use stiction::{Error, Status};
 use stiction_fixtures::case_run::{displacement, solved_case};
 use stiction_fixtures::random_case;
@@ -74,12 +74,11 @@ pub(super) fn refusal(case: &Case, size: usize, keep: Option<&Keep>) -> Error {
     all.swap_remove(0)
 }
 
-pub(super) fn serial_cycles(prepared: &Prepared) -> usize {
-    let mut multigrid = Multigrid::new(&prepared.problem).unwrap();
-    let settings = Settings { path: SolverPath::Multigrid, max_iterations: 1000, ..Settings::default() };
-    let solution = solve_multigrid(&prepared.problem, &mut multigrid, &settings, &mut |_| ControlFlow::Continue(()));
-    assert_eq!(solution.status, Status::Solved);
-    solution.counts.cycles
+/// Cycles of the same case on one machine.
+pub(super) fn serial_cycles(case: &Case) -> usize {
+    let (outcome, _) = solved_case(case);
+    assert_eq!((outcome.solution.status, outcome.solution.path), (Status::Solved, SolverPath::Multigrid));
+    outcome.solution.counts.cycles
 }
 
 fn close(found: f64, expected: f64, accuracy: f64) -> bool {
@@ -222,7 +221,7 @@ fn ranks_take_hardly_more_cycles_than_one() {
     for element in ["element = \"tet4\", split = \"six\"", "element = \"hex8\""] {
         let text = brick(element, "{ coulomb = 0.35 }");
         let case = case_of(&text, "1e-8");
-        let serial = serial_cycles(&prepare(&case).unwrap());
+        let serial = serial_cycles(&case);
         for size in [1, 2, 4, 8, 16] {
             let cycles = on_ranks(&case, size).1.counts.iterations;
             let most = (serial + 2).max(serial * 115 / 100);

@@ -1,7 +1,6 @@
 //! Two bodies in contact on several ranks against the same case on one: points and the nodes they touch lie on different ranks.
 
 use super::ranks::{agrees, case_of, certificate_agrees, on_ranks, serial_cycles};
-use stiction::run::prepare;
 use stiction_fixtures::case_run::solved_case;
 
 /// A block held at one end on another one, with a mesh of its own or the same.
@@ -79,7 +78,7 @@ fn two_bodies_take_hardly_more_cycles_on_ranks() {
             (floating(element, "\"b.z-max\"", "{ coulomb = 0.4 }", 0.0, matching), floats),
         ] {
             let case = case_of(&text, "1e-8");
-            let serial = serial_cycles(&prepare(&case).unwrap());
+            let serial = serial_cycles(&case);
             let found = [1, 2, 3, 4, 8].map(|size| on_ranks(&case, size).1.counts.iterations);
             println!("{serial} {found:?}");
             let most = (serial + 2).max(serial * percent / 100);

@@ -45,7 +45,7 @@ fn agrees(text: &str, sizes: &[usize]) {
     let (outcome, prepared) = solved_case(&case);
     let expected = coupling_states(&prepared, &outcome);
     let rough = case_of(text, "1e-8");
-    let serial = if case.steps.is_empty() { serial_cycles(&prepare(&rough).unwrap()) } else { 0 };
+    let serial = if case.steps.is_empty() { serial_cycles(&rough) } else { 0 };
     for &size in sizes {
         let summary = on_ranks(&case, size).1;
         assert!(!summary.found_by_first);
@@ -259,7 +259,7 @@ fn ranks_take_hardly_more_cycles_with_a_coupling() {
         "[[coupling]]\non = \"z-max\"\npoint = [1.1, 0.8, 2]\nforce = [8e4, 2e4, -1e6]\nmoment = [1e4, -2e4, 5e4]\n";
     for element in ["tet4", "hex8"] {
         let case = case_of(&block([24, 18, 12], element, "0.4", coupling), "1e-8");
-        let serial = serial_cycles(&prepare(&case).unwrap());
+        let serial = serial_cycles(&case);
         for size in [1, 2, 4, 8] {
             let cycles = on_ranks(&case, size).1.counts.iterations;
             let most = (serial + 2).max(serial * 115 / 100);

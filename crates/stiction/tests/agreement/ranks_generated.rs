@@ -37,10 +37,11 @@ fn same(text: &str, sizes: &[usize]) {
     }
 }
 
-/// Supports, forces, weight and temperatures of regions that lie inside, by boxes, points and whole bodies.
+/// Supports, forces, weight and temperatures of regions that lie inside, by boxes, points and whole bodies. A block that is turned, be it
+/// by nothing, starts from no coarser one, as a mesh does that is given.
 fn regions(element: &str) -> String {
     format!(
-        "[mesh]\nblock = {{ size = [4, 2, 1], cells = [12, 7, 5], {element}, grading = [2, 1, 0.5], origin = [0, 0, 1] }}\n{STEEL}\
+        "[mesh]\nturn = {{ axis = [0, 0, 1], degrees = 0 }}\nblock = {{ size = [4, 2, 1], cells = [12, 7, 5], {element}, grading = [2, 1, 0.5], origin = [0, 0, 1] }}\n{STEEL}\
          [[fix]]\non = {{ box = [[0, 0, 1], [0.7, 0.6, 2]] }}\n[[fix]]\non = \"y-min\"\ncondition = \"symmetry\"\n\
          [[fix]]\non = {{ point = [2.1, 1.2, 1.4] }}\ncomponents = \"y\"\n\
          [[load]]\ngravity = [0, 0, -9.81e4]\non = {{ box = [[0.5, 0, 1.1], [4, 2, 2]] }}\n\

@@ -3,7 +3,6 @@
 
 use super::ranks::{agrees, case_of, on_ranks, serial_cycles};
 use super::ranks_bodies::{PLANE, blocks, floating};
-use stiction::run::prepare;
 
 const TET10: &str = "element = \"tet10\", split = \"six\"";
 const HEX20: &str = "element = \"hex20\"";
@@ -65,7 +64,7 @@ fn quadratic_cells_take_hardly_more_cycles_on_ranks() {
     let mut above = Vec::new();
     for (text, percent) in texts {
         let case = case_of(&text, "1e-8");
-        let serial = serial_cycles(&prepare(&case).unwrap());
+        let serial = serial_cycles(&case);
         let found = [1, 2, 3, 4, 8].map(|size| on_ranks(&case, size).1.counts.iterations);
         let most = (serial + 2).max(serial * percent / 100);
         println!("{serial} {found:?}");

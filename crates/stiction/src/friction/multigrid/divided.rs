@@ -73,8 +73,7 @@ impl Transformed {
     ) -> Result<(Transformed, Hierarchy, Divided), Error> {
         let ranks = &division.ranks;
         let (graph, halo) = divided_graph(whole, division)?;
-        let nodes =
-            Nodes::new(&graph, whole.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"));
+        let nodes = Nodes::new(&graph, whole.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"));
         let nodes = agree(&**ranks, nodes)?;
         let mut k = nodes.blocks(&whole.elastic.K, &graph);
         let layers = layers::layers(&k);

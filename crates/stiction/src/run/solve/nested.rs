@@ -61,9 +61,8 @@ pub(crate) fn around(axes: &[Vec<f64>; 3], x: [f64; 3]) -> impl Iterator<Item = 
     let of_row = move |j: u64, k: u64, weight: f64| {
         along_x.into_iter().map(move |(i, in_x)| (i as u64 + in_row * (j + rows * k), weight * in_x))
     };
-    let of_layer = move |k: u64, in_z: f64| {
-        along_y.into_iter().flat_map(move |(j, in_y)| of_row(j as u64, k, in_z * in_y))
-    };
+    let of_layer =
+        move |k: u64, in_z: f64| along_y.into_iter().flat_map(move |(j, in_y)| of_row(j as u64, k, in_z * in_y));
     let all = along_z.into_iter().flat_map(move |(k, in_z)| of_layer(k as u64, in_z));
     all.filter(|(_, weight)| *weight != 0.0)
 }
