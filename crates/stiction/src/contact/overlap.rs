@@ -27,6 +27,9 @@ use crate::mesh::{Bounds, Face, Mesh};
 /// Motion of surfaces beyond this part of a face is not small: contact is that of the unmoved bodies. Up to it single
 /// places may also overlap where contact points keep the surfaces apart on average.
 pub const SMALL_MOTION: f64 = 0.2;
+/// An obstacle that has got into a face between its contact points by more than this part of the way is worth a word: a face beside the
+/// border of contact may be entered by less.
+const ENTERED: f64 = 0.05;
 /// Samples lie off the border of their triangle by this weight: there a point of one face lies on others as well.
 const OFF_BORDER: f64 = 0.02;
 /// Coordinates and displacements are known to this part of the largest.
@@ -69,6 +72,8 @@ pub enum OverlapKind {
     OutOfReach,
     /// Contact points are there, and what they keep apart has moved too far for contact of the unmoved bodies.
     InContact,
+    /// An obstacle has got into a face between contact points, and touches none of those of the face.
+    BetweenPoints,
 }
 
 impl OverlapKind {
@@ -483,8 +488,38 @@ impl<'a> Check<'a> {
                 Some(Overlap { kind, surface: Some(i), bodies, faces: [None; 2], place: x, depth, part: 1.0 })
             };
             found.extend((0..mesh.nodes.len() as u32).into_par_iter().filter_map(of_node).collect::<Vec<Overlap>>());
+            if !yields {
+                found.extend(self.between_points(i, obstacle, now));
+            }
         }
         found
+    }
+
+    /// Where an obstacle has got into a face between contact points none of which it touches: its forces are missing there.
+    fn between_points(&self, i: usize, obstacle: &Obstacle, now: &Moved) -> Vec<Overlap> {
+        let (mesh, held) = (self.assembly.mesh, &self.held[i]);
+        let way = |node: u32| sub(now.u[node as usize], now.obstacles[i]);
+        let is_open = |node: &u32| {
+            let x = add(mesh.nodes[*node as usize], way(*node));
+            held.binary_search(node).is_ok()
+                && obstacle.distance(x).is_none_or(|(distance, _)| distance > self.rounding)
+        };
+        let of_triangle = |t: u32| {
+            let nodes = self.outer.triangles[t as usize];
+            let entered = move |weights: [f64; 3]| {
+                let x = weighted(nodes.map(|node| mesh.nodes[node as usize]), weights);
+                let way = weighted(nodes.map(way), weights);
+                let allowed = self.rounding + ENTERED * norm(way);
+                let depth = got_in(obstacle, x, way, false, self.rounding).filter(|&depth| depth > allowed)?;
+                let bodies = [self.assembly.body[nodes[0] as usize]; 2];
+                let kind = OverlapKind::BetweenPoints;
+                Some(Overlap { kind, surface: Some(i), bodies, faces: [None; 2], place: x, depth, part: 1.0 })
+            };
+            samples().into_iter().filter_map(entered)
+        };
+        let faces = self.assembly.surfaces[i].faces.par_iter();
+        let open = faces.filter(|&&face| mesh.faces[face as usize].nodes().iter().all(is_open));
+        open.flat_map_iter(|&face| self.outer.of_face(face).flat_map(of_triangle)).collect()
     }
 }
 

@@ -271,3 +271,25 @@ fn nodes_beyond_the_border_of_an_obstacle_that_get_through_it_are_out_of_reach()
     // Beside the sheet all the way.
     assert_eq!(by([6.0, 0.0, -2.0]).iter().filter(|overlap| overlap.kind != OverlapKind::InContact).count(), 0);
 }
+
+/// A ball pressed into the middle of a face: between nodes that it does not touch it meets no contact point, and there is no force; on
+/// smaller faces there is one.
+#[test]
+fn a_ball_between_the_nodes_of_a_face_that_is_too_large_is_named() {
+    let pressed = |cells: usize, element: &str| {
+        let text = format!(
+            "[mesh]\nblock = {{ size = [24, 24, 12], cells = [{cells}, {cells}, {}], element = \"{element}\" }}\n\
+             [materials.s]\nyoung = 2e5\npoisson = 0.3\n[[fix]]\non = \"z-min\"\n[[contact]]\non = \"z-max\"\n\
+             against = {{ sphere = {{ center = [10.5, 10.5, 20], radius = 8 }}, motion = [0, 0, -0.1] }}\nfriction = \"none\"\n",
+            cells / 2
+        );
+        let (prepared, outcome) = solved(&case::parse(&text, "ball", &[]).unwrap());
+        (run::totals(&prepared, &outcome).normal_force, outcome.overlaps)
+    };
+    let (force, found) = pressed(8, "hex8");
+    let [Overlap { kind: OverlapKind::BetweenPoints, place, depth, .. }] = found[..] else { panic!("{found:?}") };
+    assert!(force == 0.0 && (0.05..=0.1).contains(&depth) && place[2] == 12.0, "{force} {found:?}");
+    assert!((place[0] - 10.5).hypot(place[1] - 10.5) < 1.0, "{place:?}");
+    let (force, found) = pressed(24, "hex8");
+    assert!(force > 0.0 && found.is_empty(), "{force} {found:?}");
+}

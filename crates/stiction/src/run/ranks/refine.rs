@@ -125,7 +125,7 @@ impl Team<'_, '_> {
         };
         let apart = self.folder.map(|folder| Keep { folder: folder.join("level"), resume: false, tell: |_| {} });
         let tell = self.tell.filter(|_| level.is_some_and(|level| level.number == 0));
-        let how = How { start, keep: apart.as_ref(), tell, look: Some(&mut look) };
+        let how = How { start, keep: apart.as_ref(), tell, look: Some(&mut look), of_case: false };
         let solved = begun.solved((case, share), how, self.observer);
         let first = ranks.rank() == 0;
         let kept = apart.filter(|_| first && !case.steps.is_empty());
@@ -171,7 +171,7 @@ impl Team<'_, '_> {
         let iterations = take::<u64>(&mut from).first().map_or(0, |count| *count as usize);
         let start = Some(Start::Answer(WholeAnswer::take(&mut from), iterations)).filter(|_| case.steps.is_empty());
         let keep = self.folder.map(|folder| Keep { folder: folder.to_path_buf(), resume: false, tell: |_| {} });
-        let how = How { start, keep: keep.as_ref(), tell: None, look: None };
+        let how = How { start, keep: keep.as_ref(), tell: None, look: None, of_case: false };
         self.answer = Some(begun.solved((case, share), how, self.observer)?.answer);
         Ok(())
     }

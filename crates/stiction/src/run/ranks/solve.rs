@@ -109,7 +109,8 @@ pub fn solve_steps_on_ranks(
     loop {
         let begun = Begun::new(ranks);
         let share = share::share(&case, &*begun.ranks)?;
-        let how = How { keep: keep.as_ref(), tell: keep.as_ref().map(|keep| keep.tell), ..How::default() };
+        let tell = keep.as_ref().map(|keep| keep.tell);
+        let how = How { keep: keep.as_ref(), tell, of_case: true, ..How::default() };
         let Solved { answer, needed, .. } = begun.solved((&case, share), how, observer)?;
         match with_searches(&case, &needed).filter(|_| widenings < MOST_WIDENINGS) {
             Some(wider) => (case, widenings) = (wider, widenings + 1),
@@ -148,6 +149,8 @@ pub(super) struct How<'a> {
     pub tell: Option<fn(&Stage)>,
     /// With it rank 0 solves nothing alone.
     pub look: Option<&'a mut Look<'a>>,
+    /// Whether the share is of the mesh that the case has, at every rank, which a coarser one may stand for to begin with.
+    pub of_case: bool,
 }
 
 /// An answer with what the loop over meshes wants to know of it.
@@ -180,7 +183,7 @@ impl Begun {
     pub(super) fn solved(
         self,
         (case, share): (&Case, Share),
-        How { start, keep, tell, mut look }: How,
+        How { start, keep, tell, mut look, of_case }: How,
         observer: &mut Watch<Progress>,
     ) -> Result<Solved, Error> {
         let Begun { ranks, counted, mut lap } = self;
@@ -193,7 +196,7 @@ impl Begun {
         seconds.assembly = lap();
         let (mut multigrid, own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
         seconds.setup = lap();
-        let begins = start.is_none() && case.steps.is_empty();
+        let begins = of_case && start.is_none() && case.steps.is_empty();
         let nested = if begins { nested::start(case, &local) } else { None };
         let before = counted.traffic();
         let settings = friction::Settings {

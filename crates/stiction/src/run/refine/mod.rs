@@ -7,6 +7,7 @@ mod first;
 mod marking;
 mod prediction;
 mod sequence;
+mod shape;
 mod sharp_edges;
 mod values;
 

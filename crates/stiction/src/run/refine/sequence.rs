@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::first::first;
+use super::shape::{shapes, warnings};
 use super::values::{self, EXACT, LEAST_LEVELS, Sort, Value};
 use super::{marking, prediction};
 use crate::Error;
@@ -14,6 +15,7 @@ use crate::friction::Status;
 use crate::io::case::{AccuracySpec, AgainstSpec, Case, MeshSource, Placing};
 use crate::mesh::{Bisection, MeshNotes, many, refine};
 use crate::run::pose::{MemoryLimit, Prepared, Seconds};
+use crate::run::results::percent;
 use crate::run::solve::{AccuracyRecord, GoalRecord, LevelRecord, Named, Outcome, contact_terms};
 
 /// Bisections of a marked cell from one level to the next; two shorten all its edges but one.
@@ -90,6 +92,12 @@ pub struct Sequence {
     pub levels: Vec<LevelRecord>,
     values: Vec<Vec<Value>>,
     contacts: Vec<Fixed>,
+    /// What the first mesh leaves open of the gaps of each contact, length.
+    #[serde(default)]
+    shapes: Vec<f64>,
+    /// What finer meshes do not mend, in words.
+    #[serde(default)]
+    warnings: Vec<String>,
     /// Cells of each level but the last that were marked, in ascending order.
     #[serde(skip)]
     pub marked: Vec<Vec<u32>>,
@@ -193,6 +201,9 @@ pub fn solve_to_accuracy(
         }
         if sequence.levels.len() >= MOST_LEVELS {
             break Some(format!("{MOST_LEVELS} meshes were solved"));
+        }
+        if let Some(why) = sequence.open_by_shape(&goals).filter(|_| enough) {
+            break Some(why);
         }
         let needed = sequence.needed(accuracy).filter(|_| sequence.levels.len() >= PREDICTING_LEVELS);
         let most = most_unknowns(&sequence, &limit, peak);
@@ -305,10 +316,17 @@ fn goal_of_sum(goals: &[GoalRecord], cells: &[f64]) -> Option<f64> {
 const ENERGY: &str = "energy";
 /// The key of the goal that is missed as long as a peak is not resolved.
 const PRESSURE: &str = "pressure";
+/// The keys of the goals of values.
+const SORTS: [(&str, Sort); 3] =
+    [("forces", Sort::Force), ("displacement", Sort::Displacement), (PRESSURE, Sort::Pressure)];
 
 impl Sequence {
     fn add(&mut self, prepared: &Prepared, outcome: &Outcome, indicators: Indicators) {
-        let values = values::values(prepared, outcome, indicators.error);
+        if self.levels.is_empty() {
+            self.shapes = shapes(prepared);
+        }
+        self.warnings = warnings(prepared, outcome, &self.shapes);
+        let values = values::values(prepared, outcome, indicators.error, &self.shapes);
         let of_steps: usize = outcome.steps.iter().map(|step| step.answer.counts.steps()).sum();
         let counts = &outcome.solution.counts;
         self.levels.push(LevelRecord {
@@ -373,14 +391,27 @@ impl Sequence {
         let by_bars = |sort: Sort| values::worst_bar(values, error, sort);
         let all = [
             (ENERGY, accuracy.energy, self.levels[..levels].last().map(|level| level.known(accuracy.proven))),
-            ("forces", accuracy.forces, by_bars(Sort::Force)),
-            ("displacement", accuracy.displacement, by_bars(Sort::Displacement)),
-            (PRESSURE, accuracy.pressure, by_bars(Sort::Pressure)),
+            (SORTS[0].0, accuracy.forces, by_bars(SORTS[0].1)),
+            (SORTS[1].0, accuracy.displacement, by_bars(SORTS[1].1)),
+            (SORTS[2].0, accuracy.pressure, by_bars(SORTS[2].1)),
         ];
         let goal = |(name, asked, reached): (&str, Option<f64>, Option<f64>)| {
             asked.map(|asked| GoalRecord { name: name.into(), asked, reached })
         };
         all.into_iter().filter_map(goal).collect()
+    }
+
+    /// Why a goal of values is missed on any mesh with the shape of the first one, where all others are met.
+    fn open_by_shape(&self, goals: &[GoalRecord]) -> Option<String> {
+        let mut missed = goals.iter().filter(|goal| !goal.met());
+        let least = |goal: &GoalRecord| {
+            let sort = SORTS.iter().find(|(name, _)| *name == goal.name)?.1;
+            Some(values::least_bar(&self.values, sort)).filter(|least| *least > goal.asked)
+        };
+        let all: Option<Vec<f64>> = missed.by_ref().map(least).collect();
+        let most = all?.into_iter().reduce(f64::max)?;
+        let by = if most.is_finite() { format!(" by {}", percent(most)) } else { String::new() };
+        Some(format!("the shape of the first mesh leaves the values open{by}, whatever the cells"))
     }
 
     /// Unknowns at which all goals are expected to be met.
@@ -403,6 +434,7 @@ impl Sequence {
         let goals = self.goals(accuracy, self.levels.len());
         let needed_unknowns = ended.as_ref().and_then(|_| self.needed(accuracy));
         let values = values::records(&self.values, &self.errors());
-        AccuracyRecord { goals, reached: ended.is_none(), ended, needed_unknowns, levels: self.levels, values }
+        let (reached, warnings) = (ended.is_none(), self.warnings);
+        AccuracyRecord { goals, reached, ended, needed_unknowns, levels: self.levels, values, warnings }
     }
 }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::shape::open;
 use super::sharp_edges::largest_at_sharp_edge;
 use crate::contact::{Friction, Pair, SurfaceFacts};
 use crate::fem::full_displacement;
@@ -76,10 +77,13 @@ pub(super) struct Value {
     /// Whether contact is too narrow for these cells to tell of its peak.
     #[serde(default)]
     pub narrow: bool,
+    /// No bar is smaller: what the shape of the first mesh leaves open; none is known where that is infinite.
+    #[serde(default)]
+    pub by_shape: f64,
 }
 
-/// All of them, in the same order on each mesh, whose estimated error is `error`.
-pub(super) fn values(prepared: &Prepared, outcome: &Outcome, error: f64) -> Vec<Value> {
+/// All of them, in the same order on each mesh, whose estimated error is `error`; `shapes` are those of the first mesh.
+pub(super) fn values(prepared: &Prepared, outcome: &Outcome, error: f64, shapes: &[f64]) -> Vec<Value> {
     let answer = AnswerRecord::of(prepared, outcome);
     let plain = |name: String, sort: Sort, value: f64| Value {
         name,
@@ -91,20 +95,24 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome, error: f64) -> Vec<
         of_square: 0.0,
         at_edge: None,
         narrow: false,
+        by_shape: 0.0,
     };
     let mut all = Vec::new();
     let flattened: Vec<f64> = prepared.facts.contacts.iter().map(|contact| flattened(&contact.surface)).collect();
     let pairs = answer.pairs.iter().zip(&prepared.problem.labels.pairs);
     let frames = frames(prepared);
     let tractions = tractions(prepared, outcome, &frames);
-    for (number, (((pair, label), edge), flattened)) in pairs.zip(edges(prepared, outcome)).zip(&flattened).enumerate()
-    {
+    let open = open(prepared, outcome, shapes);
+    let pairs = pairs.zip(edges(prepared, outcome)).zip(&flattened).zip(&open);
+    for (number, ((((pair, label), edge), flattened), open)) in pairs.enumerate() {
         let Totals { normal_force, tangential_force, stick_area, slip_area, max_pressure, max_pressure_at, .. } =
             pair.totals;
         let of = |what: &str| if answer.pairs.len() > 1 { format!("{what} of \"{}\"", pair.name) } else { what.into() };
         let area = stick_area + slip_area;
         let by_curves = |value: f64| value.abs() * (SAFETY * flattened).max(LEAST);
-        let normal = Value { least: by_curves(normal_force), ..plain(of("normal force"), Sort::Force, normal_force) };
+        let by_shape = open.force * normal_force.abs();
+        let normal = plain(of("normal force"), Sort::Force, normal_force);
+        let normal = Value { least: by_curves(normal_force), by_shape, ..normal };
         all.push(normal);
         if prepared.problem.contact.friction.iter().any(|law| *law != Friction::None) {
             all.push(plain(of("friction force"), Sort::Force, norm(tangential_force)));
@@ -120,14 +128,16 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome, error: f64) -> Vec<
         let by_edge = |value: f64| if area > 0.0 { value.abs() * (unsure / area).max(LEAST) } else { 0.0 };
         let points = uneven.map(|_| label.points.len());
         for (what, value) in [("contact area", area), ("mean pressure", mean)] {
-            let least = by_edge(value).max(by_curves(value));
-            all.push(Value { least, points, of_square: OF_SQUARE, ..plain(of(what), Sort::Other, value) });
+            let (least, by_shape) = (by_edge(value).max(by_curves(value)), open.area * value.abs());
+            all.push(Value { least, points, of_square: OF_SQUARE, by_shape, ..plain(of(what), Sort::Other, value) });
         }
         let peak = max_pressure_at.and_then(|at| cell_size(&prepared.mesh, at));
         let narrow = edge > NARROW * area;
+        let by_shape = open.area * max_pressure.abs();
         let sharp = largest_at_sharp_edge(prepared, outcome, (number, label), &frames, &tractions);
         let at_edge = sharp.and_then(|(pressure, at)| Some((pressure, cell_size(&prepared.mesh, at)?)));
-        all.push(Value { peak, at_edge, narrow, ..plain(of(LARGEST_PRESSURE), Sort::Pressure, max_pressure) });
+        let largest = plain(of(LARGEST_PRESSURE), Sort::Pressure, max_pressure);
+        all.push(Value { peak, at_edge, narrow, by_shape, ..largest });
     }
     for bolt in &answer.bolts {
         all.push(plain(format!("force of bolt \"{}\"", bolt.name), Sort::Force, bolt.force));
@@ -135,8 +145,11 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome, error: f64) -> Vec<
     let displacement = answer.displacement_max;
     let by_curves = SAFETY * displaced_by_curves(prepared, outcome, &flattened);
     let largest = plain("largest displacement".into(), Sort::Displacement, displacement);
-    all.push(Value { least: by_curves.max(LEAST * displacement), of_square: OF_SQUARE, ..largest });
-    all.push(plain("energy".into(), Sort::Other, answer.energy));
+    let by_shape = open.iter().map(|open| open.gap).fold(0.0, f64::max);
+    let least = by_curves.max(LEAST * displacement);
+    all.push(Value { least, of_square: OF_SQUARE, by_shape, ..largest });
+    let by_shape = open.iter().map(|open| open.energy).sum::<f64>();
+    all.push(Value { by_shape, ..plain("energy".into(), Sort::Other, answer.energy) });
     all
 }
 
@@ -154,15 +167,21 @@ fn displaced_by_curves(prepared: &Prepared, outcome: &Outcome, flattened: &[f64]
     if flattened.iter().all(|&part| part <= LEAST) {
         return 0.0;
     }
+    changed_shape(prepared, outcome).iter().zip(flattened).map(|(change, part)| part * change).fold(0.0, f64::max)
+}
+
+/// By how much contact changes the shape of each surface with contact points, length: the most that one of them moves away from their mean.
+pub(super) fn changed_shape(prepared: &Prepared, outcome: &Outcome) -> Vec<f64> {
     let u = full_displacement(&prepared.model, &outcome.solution.u);
     let u: &[V3] = u.as_chunks().0;
     let frames = frames(prepared);
-    let of_pair = |(pair, part): (&Pair, &f64)| {
+    let of_pair = |pair: &Pair| {
         let of_points = || frames[pair.points.clone()].iter().map(|frame| u[frame.node as usize]);
         let mean = mean(of_points());
-        part * of_points().map(|u| norm(sub(u, mean))).fold(0.0, f64::max)
+        of_points().map(|u| norm(sub(u, mean))).fold(0.0, f64::max)
     };
-    prepared.problem.labels.pairs.iter().zip(flattened).map(of_pair).fold(0.0, f64::max)
+    // Behind those of surfaces are ties.
+    prepared.problem.labels.pairs.iter().take(prepared.surfaces.len()).map(of_pair).collect()
 }
 
 /// By name, for the record of a level.
@@ -206,8 +225,11 @@ pub(super) fn cells_at_peaks(prepared: &Prepared, outcome: &Outcome) -> Vec<u32>
 pub(super) fn bar(values: &[&Value], error: &[f64]) -> Option<f64> {
     let (last, before) = values.split_last()?;
     let e = error[before.len()];
+    if last.by_shape.is_infinite() {
+        return None;
+    }
     if e <= EXACT {
-        return Some(if last.least > LEAST * last.value.abs() { last.least } else { 0.0 });
+        return Some(if last.least > LEAST * last.value.abs() { last.least } else { 0.0 }.max(last.by_shape));
     }
     if values.len() < LEAST_LEVELS || !has_settled(values) || last.narrow {
         return None;
@@ -225,7 +247,7 @@ pub(super) fn bar(values: &[&Value], error: &[f64]) -> Option<f64> {
         says.then(|| (value.value - last.value).abs() * e / (error - e))
     };
     let largest = before.iter().zip(error).rev().take(BEFORE).filter_map(by).reduce(f64::max)?;
-    Some((SAFETY * largest).max(last.least).max(last.of_square * e * e * last.value.abs()))
+    Some((SAFETY * largest).max(last.least).max(last.of_square * e * e * last.value.abs()).max(last.by_shape))
 }
 
 /// A largest pressure, and the size of the cells where it is.
@@ -292,6 +314,14 @@ pub(super) fn worst_bar(levels: &[Vec<Value>], error: &[f64], sort: Sort) -> Opt
     Some(if worst == 0.0 { 0.0 } else { worst / scale })
 }
 
+/// What no finer mesh makes the worst bar of a sort smaller than, as [`worst_bar`] has it: the shape of the first one leaves it open.
+pub(super) fn least_bar(levels: &[Vec<Value>], sort: Sort) -> f64 {
+    let of_sort = || levels.last().into_iter().flatten().filter(|value| value.sort == sort);
+    let scale = of_sort().map(|value| value.value.abs()).fold(0.0, f64::max);
+    let least = of_sort().map(|value| value.by_shape).fold(0.0, f64::max);
+    if least == 0.0 { 0.0 } else { least / scale }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -308,6 +338,7 @@ mod tests {
             of_square: 0.0,
             at_edge: None,
             narrow: false,
+            by_shape: 0.0,
         }
     }
 

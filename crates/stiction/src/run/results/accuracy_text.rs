@@ -21,6 +21,7 @@ pub(in crate::run) fn rows(rows: &mut Rows, accuracy: &AccuracyRecord) {
         rows.more(format!("refinement ended: {why}{}", needed.unwrap_or_default()));
     }
     accuracy.values.iter().for_each(|value| rows.more(with_bar(value)));
+    accuracy.warnings.iter().for_each(|warning| rows.add("warning", warning.clone()));
 }
 
 /// The bound of the error, or why there is none.

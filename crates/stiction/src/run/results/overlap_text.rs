@@ -92,5 +92,10 @@ pub(crate) fn sentence(overlap: &OverlapRecord) -> String {
              {TOO_LARGE}; mesh the bodies nearer to where they meet",
             contact.unwrap_or_default()
         ),
+        (OverlapName::BetweenPoints, contact) => format!(
+            "{}: the obstacle has got {depth} deep into a face at {place} between its nodes, none of which it touches, so that no \
+             force acts there: make the faces smaller than what touches them, or ask for an accuracy (--accuracy 5%)",
+            contact.unwrap_or_default()
+        ),
     }
 }

@@ -21,6 +21,9 @@ pub struct AccuracyRecord {
     pub levels: Vec<LevelRecord>,
     /// What the last mesh gives, with error bars.
     pub values: Vec<ValueRecord>,
+    /// What finer meshes do not mend.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
 }
 
 /// A goal and what was reached.

@@ -165,6 +165,8 @@ pub enum OverlapName {
     OutOfReach,
     /// Contact points are there, and displacements are too large for them.
     InContact,
+    /// An obstacle has got into a face between contact points, none of which it touches.
+    BetweenPoints,
 }
 
 /// A certificate.
@@ -470,6 +472,7 @@ impl OverlapRecord {
             OverlapKind::BeyondSearch { search } => (OverlapName::BeyondSearch, Some(search)),
             OverlapKind::OutOfReach => (OverlapName::OutOfReach, None),
             OverlapKind::InContact => (OverlapName::InContact, None),
+            OverlapKind::BetweenPoints => (OverlapName::BetweenPoints, None),
         };
         OverlapRecord {
             kind,
