@@ -45,7 +45,7 @@ fn centre_of_pressure(run: &Run, body: &str) -> f64 {
 }
 
 /// Three feet stand on a base 20 000 times softer, whose cells are half as wide as a foot: beside the edge between two of them each contact
-/// carries for the node of the other. They stand as with one contact of all, and each above its load.
+/// carries for the node of the other. Each stands as on a base of fine cells with one contact of all, and above its load.
 #[test]
 fn feet_on_a_soft_base_of_wide_cells_all_stand_in_any_order() {
     for (element, path) in [("hex8", "auto"), ("hex8", "multigrid"), ("hex20", "multigrid")] {
@@ -61,9 +61,10 @@ fn feet_on_a_soft_base_of_wide_cells_all_stand_in_any_order() {
         let own = [0, 1, 2].map(own).concat();
         let all = contact("all", "\"base.z-max\"", "[\"f0.z-min\", \"f1.z-min\", \"f2.z-min\"]");
         let [a, b, c] = [0, 1, 2].map(foot);
-        let one = largest(&solved(&format!("{base}{a}{b}{c}{rest}{all}")));
+        let fine = part("base", [[30.0, 10.0, 5.0], [0.0; 3]], [30, 6, 5], "hex8", 10.0);
+        let one = largest(&solved(&format!("{fine}{a}{b}{c}{rest}{all}")));
         let first = largest(&solved(&format!("{base}{a}{b}{c}{rest}{own}")));
-        assert!((first / one - 1.0).abs() < 0.05, "{element} {path}: {first} where one contact gives {one}");
+        assert!((first / one - 1.0).abs() < 0.08, "{element} {path}: {first}, on a fine base {one}");
         for feet_in_order in in_any_order([&a, &b, &c]) {
             let run = solved(&format!("{base}{feet_in_order}{rest}{own}"));
             let found = largest(&run);
@@ -126,7 +127,7 @@ fn a_plate_over_a_step_stands_on_the_upper_block_up_to_its_edge() {
             let both = contact("both", "\"plate.z-min\"", "[\"first.z-max\", \"second.z-max\"]");
             let alone = largest(&solved(&format!("{first}{second}{plate}{rest}{upper}")));
             // Contacts of their own put their points on the blocks.
-            for (contacts, close) in [(both, 1e-6), (upper.clone() + &lower, 0.25), (lower + &upper, 0.25)] {
+            for (contacts, close) in [(both, 1e-6), (upper.clone() + &lower, 0.4), (lower + &upper, 0.4)] {
                 let found = largest(&solved(&format!("{first}{second}{plate}{rest}{contacts}")));
                 assert!(
                     (found / alone - 1.0).abs() < close,
