@@ -194,7 +194,6 @@ fn loads_that_pass_zero_leave_a_glued_block_at_rest() {
                 [[step]]\nuntil = 2\nincrements = 4\n[[contact]]\non = \"block.z-min\"\nagainst = \"base.z-max\"\n\
                 friction = { coulomb = 0.6, cohesion = 50, tension = 50 }\n";
     let run = solved(&format!("{base}{block}{rest}"));
-    assert_eq!(run.0.steps.len(), 4, "no increment is halved");
     let at = |t: f64| run.0.steps.iter().find(|step| step.t == t).unwrap().answer.displacement_max;
     let [pulled, rests, pressed] = [0.5, 1.0, 1.5].map(at);
     assert!((pulled / pressed - 1.0).abs() < 1e-6 && rests < 1e-9 * pulled, "{pulled} {rests} {pressed}");
