@@ -91,8 +91,9 @@ fn certify_share(problem: &ContactProblem, share: &Share, u: &[f64], lambda: &[f
     let points: Vec<Point> =
         (0..problem.points()).map(|j| Point::new(problem, &stiffness, u, &jump, lambda, j)).collect();
     let scales = Scales::new(problem, share, &stiffness, &points, u, lambda, &contact_force);
-    // The sizes of the terms that `elastic` adds up.
-    let internal = problem.elastic.K.magnitude_times(u);
+    // The sizes of the terms that `elastic` adds up, and of those that forces of points with a tensile strength are differences of.
+    let mut internal = problem.elastic.K.magnitude_times(u);
+    add_strengths(problem, &mut internal);
     let imbalance: Vec<f64> = (0..u.len()).map(|i| problem.elastic.f[i] - elastic[i] - contact_force[i]).collect();
     let forces =
         NodalForces { imbalance: &imbalance, contact: &contact_force, internal: &internal, whole: scales.load };
@@ -146,6 +147,13 @@ fn certify_share(problem: &ContactProblem, share: &Share, u: &[f64], lambda: &[f
     certificate.worst = certificate.measures().iter().fold(0.0, |a: f64, (_, v)| a.max(*v));
     certificate.passed = certificate.missed() <= 1.0 && no_numbers == 0.0;
     certificate
+}
+
+/// Adds the tensile strengths of the points, newton, at the unknowns that their normal rows reach.
+fn add_strengths(problem: &ContactProblem, sizes: &mut [f64]) {
+    for (j, law) in problem.contact.friction.iter().enumerate().filter(|(_, law)| law.tension() != 0.0) {
+        problem.contact.B.entries_of(j).for_each(|(i, entry)| sizes[i as usize] += (entry * law.tension()).abs());
+    }
 }
 
 /// The forces at the unknowns that contact touches, and zeros.

@@ -1,13 +1,14 @@
 //! Which contact a node belongs to that several name: a node has one multiplier at a time. Contacts that never hold together do
 //! not compete.
 //!
-//! It belongs to the one whose counterpart is nearest, obstacles and bodies alike. Of those that are as near, or meet other faces
-//! across an edge, it is that of an obstacle, for whose points no neighbour could carry, then the one under which more of the
+//! It belongs to the one whose counterpart is nearest, obstacles and bodies alike, or lies above a step down to the others. Of those that
+//! are as near, or meet other faces across an edge, it is that of an obstacle, for whose points no neighbour could carry, then the one under which more of the
 //! node's faces lie. Bonded surfaces come before all others, as far as they meet something.
 
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeSet, HashMap};
 
+use super::levels::Level;
 use super::node_to_surface::claims_of_nodes;
 use super::pair::Matched;
 use super::points::claims_on_obstacle;
@@ -39,6 +40,8 @@ pub(super) struct Claim {
     pub whole: f64,
     /// The unit normal of the node.
     pub normal: V3,
+    /// Where the counterpart lies, if it may lie beside others.
+    pub level: Option<Level>,
 }
 
 /// Whether a node and its counterpart touch, or would if they came nearer by the size of the faces around the node, which have the area
@@ -65,8 +68,10 @@ impl Claim {
     }
 
     fn is_as_near_as(&self, nearest: &Claim) -> bool {
-        let part = if self.is_beside(nearest) { UNEVEN } else { ROUNDING };
-        self.distance - nearest.distance <= part * self.whole.min(nearest.whole).abs().sqrt()
+        let (is_beside, size) = (self.is_beside(nearest), self.whole.min(nearest.whole).abs().sqrt());
+        let is_lower = || matches!((&self.level, &nearest.level), (Some(a), Some(b)) if a.is_step_down_from(b, size));
+        let part = if is_beside { UNEVEN } else { ROUNDING };
+        self.distance - nearest.distance <= part * size && !(is_beside && is_lower())
     }
 }
 
@@ -102,6 +107,8 @@ pub(super) struct Shares {
     pub lost: LostNodes,
     /// Surfaces that meet parts of the same faces.
     beside: Vec<[usize; 2]>,
+    /// Surfaces that have lost nodes, which they could hold, to others across an edge.
+    without_edge: Vec<usize>,
 }
 
 impl<'a> Claims<'a> {
@@ -136,7 +143,8 @@ impl<'a> Claims<'a> {
     /// Who has what of the nodes where the surfaces of these numbers, ascending, hold together.
     pub(super) fn shares(&self, holding: &[usize]) -> Shares {
         let (surfaces, holds) = (self.surfaces, |number: &usize| holding.binary_search(number).is_ok());
-        let mut shares = Shares { lost: vec![HashMap::new(); surfaces.len()], beside: Vec::new() };
+        let lost = vec![HashMap::new(); surfaces.len()];
+        let mut shares = Shares { lost, beside: Vec::new(), without_edge: Vec::new() };
         let is_obstacle = |number: usize| matches!(surfaces[number].against, Counterpart::Obstacle(_));
         let is_bonded = |number: usize| surfaces[number].friction == SurfaceFriction::Bonded;
         for (node, by) in &self.named {
@@ -168,6 +176,9 @@ impl<'a> Claims<'a> {
                 let is_pair = !is_obstacle(owner) && !is_bonded(owner);
                 if lost == Lost::Beside || is_pair && claim.is_none() && self.hardly_meets_beside(number, *node, own) {
                     shares.beside.push([owner, number]);
+                }
+                if lost == Lost::AcrossEdge && claim.is_some() {
+                    shares.without_edge.push(number);
                 }
                 shares.lost[number].insert(*node, lost);
             }
@@ -264,31 +275,51 @@ fn owner<'c>(
 }
 
 /// Of the pairs that `may` change sides those that do: the counterpart of another contact lies under some of the faces with their
-/// points, and under those of their other sides none does. All that change do so together, in whatever order they are listed.
+/// points, and under those of their other sides none does, nor has another contact the nodes at their edge, without which a body would
+/// tip over what is left. All that change do so together, in whatever order they are listed.
 pub(crate) fn sides_to_change(
     mesh: &Mesh,
     dofs: &DofMap,
     surfaces: &[ContactSurface],
     may: impl Fn(&ContactSurface) -> bool,
 ) -> Vec<bool> {
-    let in_conflict = |surfaces: &[ContactSurface]| {
-        let mut conflict = vec![false; surfaces.len()];
+    let shares = |surfaces: &[ContactSurface]| -> Vec<Shares> {
         let claims = Claims::new(mesh, dofs, surfaces);
-        let beside = spans(surfaces).into_iter().flat_map(|span| claims.shares(&span.surfaces).beside);
-        beside.flatten().for_each(|number| conflict[number] = true);
-        conflict
+        spans(surfaces).iter().map(|span| claims.shares(&span.surfaces)).collect()
     };
-    let mut changing = in_conflict(surfaces);
+    let (mut changing, mut lose_edges) = (vec![false; surfaces.len()], vec![false; surfaces.len()]);
+    let mut beside: Vec<[usize; 2]> = Vec::new();
+    for share in shares(surfaces) {
+        share.without_edge.into_iter().for_each(|number| lose_edges[number] = true);
+        beside.extend(share.beside);
+    }
+    beside.iter().flatten().for_each(|&number| changing[number] = true);
     changing.iter_mut().zip(surfaces).for_each(|(changes, surface)| *changes = *changes && may(surface));
     while changing.contains(&true) {
         let mut changed = surfaces.to_vec();
         let those = changed.iter_mut().zip(&changing).filter(|(_, changes)| **changes);
         those.for_each(|(surface, _)| surface.change_sides());
-        let still = in_conflict(&changed);
-        if changing.iter().zip(&still).all(|(changes, still)| !(*changes && *still)) {
+        let mut stay = vec![false; surfaces.len()];
+        for share in shares(&changed) {
+            share.beside.into_iter().flatten().for_each(|number| stay[number] = true);
+            let loses = share.without_edge.into_iter().filter(|&number| changing[number] && !lose_edges[number]);
+            loses.for_each(|number| stay_together(number, &beside, &mut stay));
+        }
+        if changing.iter().zip(&stay).all(|(changes, stay)| !(*changes && *stay)) {
             break;
         }
-        changing.iter_mut().zip(still).for_each(|(changes, still)| *changes &= !still);
+        changing.iter_mut().zip(stay).for_each(|(changes, stay)| *changes &= !stay);
     }
     changing
+}
+
+/// Marks a surface and all that meet parts of the same faces as these do, one `beside` the other: where one of them changed alone, points would
+/// lead around the joint of its body and theirs.
+fn stay_together(number: usize, beside: &[[usize; 2]], stay: &mut [bool]) {
+    let (mut seen, mut open) = (BTreeSet::from([number]), vec![number]);
+    while let Some(number) = open.pop() {
+        stay[number] = true;
+        let partners = beside.iter().filter(|pair| pair.contains(&number)).flatten();
+        open.extend(partners.copied().filter(|&partner| seen.insert(partner)));
+    }
 }

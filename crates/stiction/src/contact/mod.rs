@@ -16,6 +16,7 @@ mod hull;
 mod isotropic;
 mod law;
 mod layer;
+mod levels;
 mod mortar;
 mod node_to_surface;
 mod normals;

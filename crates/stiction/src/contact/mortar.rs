@@ -62,8 +62,9 @@ pub(super) struct Met {
     /// From the face to what it meets, in the mean and least and most, negative where it lies in it; length.
     pub distance: f64,
     pub distances: [f64; 2],
-    /// Of the faces it meets the normals times the areas met.
+    /// Of the faces it meets the normals times the areas met, and the middle of what is met of them.
     pub normals: V3,
+    pub middle: V3,
     /// Whether it meets parts that do not hang together.
     pub several: bool,
     /// Whether a face of the other surface that looks the same way lies over or under it.
@@ -208,6 +209,7 @@ fn met(mesh: &Mesh, face: u32, sides: &Sides, search: f64, [same, every]: [bool;
     let normals = segments
         .iter()
         .fold([0.0; 3], |sum, s| add(sum, scale(area(&s.polygon).abs(), mesh.face_normal(s.face as usize))));
+    let middle = middle_of(&plane, &masters, &segments, covered);
     couple(mesh, &slave, &masters, &segments, own.len()).map(|(areas, masters)| Met {
         areas,
         masters,
@@ -216,10 +218,22 @@ fn met(mesh: &Mesh, face: u32, sides: &Sides, search: f64, [same, every]: [bool;
         distance,
         distances,
         normals,
+        middle,
         several,
         averted,
         places,
     })
+}
+
+/// Where the segments, of the area `covered`, lie on the master in the mean.
+fn middle_of(plane: &Plane, masters: &[Seen], segments: &[Segment], covered: f64) -> V3 {
+    let mut sum = [0.0; 3];
+    for segment in segments {
+        let [x, y] = [0, 1].map(|c| segment.polygon.iter().map(|p| p[c]).sum::<f64>() / segment.polygon.len() as f64);
+        let at = [x, y, masters[segment.seen].height([x, y])];
+        (0..3).for_each(|c| sum[c] += area(&segment.polygon) / covered * at[c]);
+    }
+    plane.axes.iter().zip(sum).fold(plane.origin, |middle, (&axis, x)| add(middle, scale(x, axis)))
 }
 
 /// Leaves out what lies in the body deeper than the body is thick there: behind a face of its own that looks back. Top and bottom of two

@@ -99,7 +99,7 @@ pub(super) fn claims_of_nodes(
         let free = prescribed(dofs, node).map(|value| value.is_none());
         let tied = || tied_frame_at(dofs, node, free).filter(|_| surface.friction == SurfaceFriction::Bonded);
         frame_at(dofs, node, normal, free, [false; 3]).or_else(tied)?;
-        Some((node, Claim { distance, covered: area, whole: area, normal }))
+        Some((node, Claim { distance, covered: area, whole: area, normal, level: None }))
     };
     nodes.iter().filter_map(of).collect()
 }

@@ -12,6 +12,7 @@ use super::false_overlap::without_false_overlap;
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::held::{Below, is_held_along};
+use super::levels::Level;
 use super::mortar::{Edges, Met, Row, edges, meet, rows};
 use super::normals::normals;
 use super::overhang::Overhang;
@@ -23,7 +24,7 @@ use super::tributary::{TributaryArea, tributary_areas};
 use super::{ContactSurface, InitialGap, Master, PairFacts, SurfaceFacts, SurfaceFriction};
 use crate::Error;
 use crate::fem::DofMap;
-use crate::mesh::v3::{V3, dot, sub};
+use crate::mesh::v3::{V3, add, dot, scale, sub, unit};
 use crate::mesh::{Bounds, Mesh, Tree, nearest_on_triangle};
 
 /// A node is dropped if less than this part of its patch of faces looks at the other surface: it lies far outside that
@@ -152,11 +153,31 @@ impl<'a> Matched<'a> {
 
     /// Of the nodes that could carry a multiplier.
     pub(super) fn claims(&self, dofs: &DofMap) -> HashMap<u32, Claim> {
+        let levels = self.levels();
         let of = |(node, normal, whole): (u32, V3, f64)| {
             let (distance, covered) = (self.distance(node), self.covered[&node][0]);
-            (node, Claim { distance, covered, whole, normal })
+            (node, Claim { distance, covered, whole, normal, level: levels.get(&node).copied() })
         };
         self.carrying(dofs).map(of).collect()
+    }
+
+    /// Where each node meets the master, in the mean over its faces.
+    fn levels(&self) -> HashMap<u32, Level> {
+        let mut sums: HashMap<u32, (f64, Level)> = HashMap::new();
+        for (&face, met) in self.surface.faces.iter().zip(&self.met) {
+            for (&node, area) in self.mesh.faces[face as usize].nodes().iter().zip(met.areas) {
+                if area > 0.0 && self.patches.carries(face, node) {
+                    let (sum, level) = sums.entry(node).or_default();
+                    *sum += area;
+                    level.point = add(level.point, scale(area, met.middle));
+                    level.normal = add(level.normal, met.normals);
+                }
+            }
+        }
+        let mean = |(node, (area, level)): (u32, (f64, Level))| {
+            Some((node, Level { point: scale(1.0 / area, level.point), normal: unit(level.normal)? }))
+        };
+        sums.into_iter().filter_map(mean).collect()
     }
 
     /// The nodes that could carry a multiplier, with their normals and areas.

@@ -1,12 +1,13 @@
 //! Which faces of a slave surface, and which parts of the other one, count for a node.
 //!
 //! A node has one multiplier along one normal. At a sharp edge of the slave surface it is that of the side that meets more of the
-//! other surface; where that one ends and another part of it lies behind, it is that of the nearer part. In a face that is
-//! left out its neighbours carry for the node, as for any node without a multiplier.
+//! other surface; where that one ends and another part of it lies behind or beyond a step, it is that of the nearer part. In a face that
+//! is left out its neighbours carry for the node, as for any node without a multiplier.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::flat::area;
+use super::levels::Level;
 use super::mortar::{Met, Segment};
 use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, add, dot, unit};
@@ -157,7 +158,8 @@ fn across_edge(
     around.iter().copied().filter(|&i| left_out(i)).collect()
 }
 
-/// The faces around a node that meet another part of the other surface than the nearest of them, behind it.
+/// The faces around a node that meet another part of the other surface than the nearest of them, behind it or beyond a step down from it:
+/// the mean of both levels would hold nothing before it is closed, or too early.
 fn behind(patches: &Patches, node: u32, slave: &[u32], met: &[Met], around: &[usize]) -> Vec<usize> {
     let meets: Vec<usize> =
         around.iter().copied().filter(|&i| met[i].covered > 0.0 && patches.shapes(slave[i], node)).collect();
@@ -166,8 +168,15 @@ fn behind(patches: &Patches, node: u32, slave: &[u32], met: &[Met], around: &[us
     };
     let size = meets.iter().fold(0.0, |size: f64, &i| size.max(met[i].flat.abs().sqrt()));
     let limit = met[nearest].distance + BEHIND * size;
+    let level = |i: usize| Some(Level { point: met[i].middle, normal: unit(met[i].normals)? });
+    let upper = level(nearest);
+    let is_beyond_step = |i: usize| match (level(i), upper) {
+        (Some(level), Some(upper)) => level.is_step_down_from(&upper, size),
+        _ => false,
+    };
     let nodes = |i: usize| met[i].masters.iter().map(|entry| entry.0);
-    let (near, mut behind): (Vec<usize>, Vec<usize>) = meets.into_iter().partition(|&i| met[i].distance <= limit);
+    let is_near = |&i: &usize| met[i].distance <= limit && !is_beyond_step(i);
+    let (near, mut behind): (Vec<usize>, Vec<usize>) = meets.into_iter().partition(is_near);
     let mut reached: HashSet<u32> = near.into_iter().flat_map(nodes).collect();
     while let Some(place) = behind.iter().position(|&i| nodes(i).any(|node| reached.contains(&node))) {
         reached.extend(nodes(behind.swap_remove(place)));

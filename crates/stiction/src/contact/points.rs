@@ -58,7 +58,8 @@ pub(super) fn claims_on_obstacle(
         let free = prescribed(dofs, node).map(|value| value.is_none());
         let tied = || tied_frame_at(dofs, node, free).filter(|_| surface.friction == SurfaceFriction::Bonded);
         frame_at(dofs, node, away.map(|c| 0.0 - c), free, [false; 3]).or_else(tied)?;
-        let claim = Claim { distance: distance.abs(), covered: patch.area, whole: patch.area, normal: outward };
+        let (area, distance) = (patch.area, distance.abs());
+        let claim = Claim { distance, covered: area, whole: area, normal: outward, level: None };
         (facing.is_none() || dot(outward, away) < FACING).then_some((node, claim))
     };
     areas_on_obstacle(mesh, faces).into_iter().zip(nodal_normals(mesh, faces)).filter_map(of).collect()

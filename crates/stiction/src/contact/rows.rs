@@ -135,7 +135,7 @@ fn excluded(mesh: &Mesh, surface: &ContactSurface, lost: &HashMap<u32, Lost>, se
 }
 
 /// The points of one surface, which has `lost` nodes to others, where others are `tied` or `taken`. Nodes of a pair from which a chain of
-/// points leads back to them get none.
+/// points leads [back](Chains::closed_by) to them get none.
 fn points_of<'a>(
     claims: &mut Claims<'a>,
     (mesh, dofs): (&Mesh, &DofMap),

@@ -158,3 +158,29 @@ fn chains_of_points_of_several_contacts_are_the_same_on_ranks() {
     agrees(&text("hex8"), &[1, 2, 3, 4, 6]);
     agrees(&text("tet10"), &[2, 4]);
 }
+
+/// Two feet on a base of wide cells, each with a contact of its own: points hang on one another in cycles.
+#[test]
+fn cycles_of_points_of_two_contacts_are_the_same_on_ranks() {
+    let text = |element: &str| {
+        let part = |name: &str, size: &str, at: &str, cells: &str, young: &str| {
+            format!(
+                "[mesh.parts.{name}]\nblock = {{ size = {size}, origin = {at}, cells = {cells}, element = \"{element}\" }}\n\
+                 [materials.{name}]\non = \"{name}\"\nyoung = {young}\npoisson = 0.3\n"
+            )
+        };
+        let foot = |name: &str, x: f64| {
+            part(name, "[8, 10, 4]", &format!("[{x}, 0, 5]"), "[3, 3, 2]", "2e5")
+                + &format!("[[load]]\non = \"{name}.z-max\"\nforce = [2, 0, -100]\n")
+                + &format!(
+                    "[[contact]]\nname = \"on {name}\"\non = \"base.z-max\"\nagainst = \"{name}.z-min\"\nfriction = {{ coulomb = 0.3 }}\n"
+                )
+        };
+        part("base", "[30, 10, 5]", "[0, 0, 0]", "[8, 3, 3]", "10")
+            + "[[fix]]\non = \"base.z-min\"\n"
+            + &foot("a", 1.0)
+            + &foot("b", 10.0)
+    };
+    agrees(&text("hex8"), &[1, 2, 3, 4, 6]);
+    agrees(&text("tet10"), &[2, 4]);
+}

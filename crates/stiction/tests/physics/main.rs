@@ -25,6 +25,7 @@ mod geometry;
 mod held_edges;
 mod interface_layers;
 mod interfaces;
+mod joints;
 mod loads;
 mod materials;
 mod mortar;

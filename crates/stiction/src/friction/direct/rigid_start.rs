@@ -42,8 +42,8 @@ pub fn rigid_equilibrium(
     let resultant = [balanced(motions, &problem.elastic.f), pull.to_vec()].concat();
     let mut gap = isotropic.gap_and_slip(&u);
     let stiffness = parameters(&isotropic, &Dual::local_stiffness(&isotropic));
-    keep_apart(&mut gap);
     let friction = &isotropic.contact.friction[..];
+    keep_apart(friction, &mut gap);
     let foundation = Foundation { friction, jumps, resultant: &resultant, gap: &gap, stiffness: &stiffness };
     let alpha = foundation.equilibrium().alpha;
     let (rigid, way) = alpha.split_at(motions.len());
@@ -63,11 +63,12 @@ pub(in crate::friction) fn without_rounding(work: Vec<f64>, size: f64) -> Vec<f6
 }
 
 /// Narrows all gaps (the first `m` numbers of `3m`) by the length it returns: what nothing presses then lies beside its
-/// neighbours and not on them, where rounding would be its only force.
-pub(in crate::friction) fn keep_apart(gap: &mut [f64]) -> f64 {
+/// neighbours and not on them, where rounding would be its only force. What is bonded stays where it is: it would pull a body that
+/// nothing loads after it.
+pub(in crate::friction) fn keep_apart(friction: &[Friction], gap: &mut [f64]) -> f64 {
     let margin = Threshold::BESIDE * gap.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
-    let m = gap.len() / 3;
-    gap[..m].iter_mut().for_each(|v| *v -= margin);
+    let opens = friction.iter().map(|law| *law != Friction::Bonded);
+    gap.iter_mut().zip(opens).filter(|(_, opens)| *opens).for_each(|(v, _)| *v -= margin);
     margin
 }
 

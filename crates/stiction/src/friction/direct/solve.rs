@@ -1,7 +1,7 @@
 use super::dual_system::DualSystem;
 use super::proximal::proximal;
 use super::rigid_start::balanced;
-use crate::certificate::certify;
+use crate::certificate::{Certificate, certify};
 use crate::contact::equilibrium::no_equilibrium;
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::Dual;
@@ -96,14 +96,27 @@ const STRATEGY: [Stage; 5] = [
 /// # Panics
 /// If the start has another length than `3m`; [`Settings::validate`] checks it.
 pub fn solve(problem: &ContactProblem, dual: &Dual, settings: &Settings, observer: &mut Watch<Progress>) -> Solution {
-    let mut shifted = |problem: &ContactProblem, settings: &Settings| solve(problem, dual, settings, observer);
+    let judge = (problem, settings.tolerance);
+    let mut shifted = |problem: &ContactProblem, settings: &Settings| judged(problem, judge, dual, settings, observer);
     if let Some(solution) = solve_with_strength(problem, settings, &mut shifted) {
         return solution;
     }
+    judged(problem, judge, dual, settings, observer)
+}
+
+/// The same for a problem without strengths, judged by the one that it was made of and its tolerance: forces that are far smaller than
+/// strengths are known to it as exactly as rounding allows, which a certificate of the problem without cannot tell.
+fn judged(
+    problem: &ContactProblem,
+    judge: (&ContactProblem, f64),
+    dual: &Dual,
+    settings: &Settings,
+    observer: &mut Watch<Progress>,
+) -> Solution {
     let isotropic = problem.isotropic();
-    let mut solver = Solver::new(problem, &isotropic, dual, settings);
+    let mut solver = Solver::new((problem, judge), &isotropic, dual, settings);
     if no_equilibrium(problem, &dual.floating.motions).is_some() {
-        return Solution { status: Status::NoEquilibrium, ..solver.finish(End::Stalled, settings.tolerance) };
+        return Solution { status: Status::NoEquilibrium, ..solver.finish(End::Stalled) };
     }
     let mut tolerance = Threshold::FIRST_TARGET * settings.tolerance;
     let mut by_pairs = false;
@@ -112,12 +125,12 @@ pub fn solve(problem: &ContactProblem, dual: &Dual, settings: &Settings, observe
         if matches!(end, End::Limit | End::Stalled) {
             solver.return_to_best();
         }
-        let mut solution = solver.finish(end, settings.tolerance);
+        let mut solution = solver.finish(end);
         let ended = matches!(end, End::Converged | End::Stalled);
         if ended && !solution.certificate.is_as_good_as_the_data() && !solver.refines {
             solver.refines = true;
-            solution = solver.finish(end, settings.tolerance);
-            if end == End::Stalled && solution.certificate.worst <= Threshold::ROUNDING * settings.tolerance {
+            solution = solver.finish(end);
+            if end == End::Stalled && solution.certificate.worst <= Threshold::ROUNDING * judge.1 {
                 // The steps may have stalled at the rounding of `v`, which is gone now.
                 solver.best = None;
                 continue;
@@ -127,7 +140,7 @@ pub fn solve(problem: &ContactProblem, dual: &Dual, settings: &Settings, observe
         if end != End::Converged || certificate.is_as_good_as_the_data() {
             return solution;
         }
-        if !by_pairs && certificate.worst <= settings.tolerance {
+        if !by_pairs && certificate.worst <= judge.1 {
             // The whole is solved, a pair or a body that carries little is not.
             by_pairs = true;
             solver.weigh_pairs();
@@ -150,8 +163,10 @@ pub(in crate::friction) fn path_of(dual: &Dual) -> SolverPath {
 type Method = fn(&Newton<'_>, &mut Iterate, &mut usize, &mut Observe<'_>) -> End;
 
 pub(super) struct Solver<'a> {
-    /// The problem as it was given, which the certificate judges.
+    /// The problem as it was given.
     given: &'a ContactProblem,
+    /// What the certificate judges, and its tolerance: the same or the one with strengths.
+    judge: (&'a ContactProblem, f64),
     /// The same with discs for ellipses, which is solved.
     pub problem: &'a ContactProblem,
     pub system: DualSystem<'a>,
@@ -173,7 +188,12 @@ pub(super) struct Solver<'a> {
 }
 
 impl<'a> Solver<'a> {
-    fn new(given: &'a ContactProblem, problem: &'a ContactProblem, dual: &'a Dual, settings: &'a Settings) -> Self {
+    fn new(
+        (given, judge): (&'a ContactProblem, (&'a ContactProblem, f64)),
+        problem: &'a ContactProblem,
+        dual: &'a Dual,
+        settings: &'a Settings,
+    ) -> Self {
         let resultant = balanced(&dual.floating.motions, &problem.elastic.f);
         let system = DualSystem::new(problem, dual, resultant, &settings.stop);
         let size = 3 * problem.points();
@@ -201,7 +221,22 @@ impl<'a> Solver<'a> {
         let (counts, history) = Default::default();
         let weight = vec![1.0; problem.points()];
         let (best, refines) = (None, false);
-        Solver { given, problem, system, r, weight, v0, at, best, refines, steps_left, max_steps, counts, history }
+        Solver {
+            given,
+            judge,
+            problem,
+            system,
+            r,
+            weight,
+            v0,
+            at,
+            best,
+            refines,
+            steps_left,
+            max_steps,
+            counts,
+            history,
+        }
     }
 
     /// From here on each pair counts by its own forces: they are weighed to the size of the largest. What a pair that carries
@@ -403,8 +438,17 @@ impl<'a> Solver<'a> {
         self.at = next;
     }
 
+    fn certificate(&self, u: &[f64], lambda: &[f64]) -> Certificate {
+        let ((problem, tolerance), mut lambda) = (self.judge, lambda.to_vec());
+        if !std::ptr::eq(problem, self.given) {
+            problem.take_strength_off(&mut lambda);
+        }
+        certify(problem, u, &lambda, tolerance)
+    }
+
     /// Makes the multipliers admissible, recomputes everything from them and lets the certificate judge.
-    fn finish(&mut self, end: End, tolerance: f64) -> Solution {
+    fn finish(&mut self, end: End) -> Solution {
+        let tolerance = self.judge.1;
         let states = self.newton(self.friction(), &self.r, tolerance).states(&self.at);
         let mut lambda = by_component(&self.at.lambda);
         make_admissible(self.friction(), &mut lambda);
@@ -412,14 +456,14 @@ impl<'a> Solver<'a> {
         let mut u = self.displacement(&lambda);
         self.at.v = by_point(&self.problem.gap_and_slip(&u));
         self.given.out_of_isotropic(&mut lambda);
-        let mut certificate = certify(self.given, &u, &lambda, tolerance);
+        let mut certificate = self.certificate(&u, &lambda);
         if self.refines && end != End::Interrupted && !certificate.is_as_good_as_the_data() {
             let (before, mut corrected) = (self.at.clone(), u.clone());
             self.correct(&mut corrected, tolerance);
             let mut forces = by_component(&self.at.lambda);
             make_admissible(self.friction(), &mut forces);
             self.given.out_of_isotropic(&mut forces);
-            let of_corrected = certify(self.given, &corrected, &forces, tolerance);
+            let of_corrected = self.certificate(&corrected, &forces);
             // A long step after a stall may need forces that are not admissible.
             if of_corrected.missed() < certificate.missed() {
                 (u, lambda, certificate) = (corrected, forces, of_corrected);

@@ -23,7 +23,7 @@ impl Solver<'_> {
             }
         }
         let mut gap = self.problem.gap_and_slip(&u);
-        let margin = keep_apart(&mut gap);
+        let margin = keep_apart(self.friction(), &mut gap);
         let least = margin * self.r.iter().fold(0.0, |a: f64, r| a.max(*r));
         self.take_foundation(&gap);
         if self.at.lambda.as_flattened().iter().all(|x| x.abs() <= least) {

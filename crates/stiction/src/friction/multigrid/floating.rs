@@ -100,10 +100,10 @@ impl Multigrid {
         let of_slices: Vec<Vec<f64>> = slices.iter().map(|slice| rows.times(slice)).collect();
         let jumps = rows_of_all_points(halo, motions.jumps(&rows).beside(&of_slices));
         let mut gap = of_all_points(halo, 3, &problem.isotropic().gap_and_slip(&u));
-        keep_apart(&mut gap);
+        let friction = friction_of_all(halo, problem);
+        keep_apart(&friction, &mut gap);
         let stiffness: Vec<f64> = point_laws(problem, transformed).iter().map(|law| law.parameter).collect();
         let stiffness = of_all_points(halo, 1, &stiffness);
-        let friction = friction_of_all(halo, problem);
         let resultant = [resultant(problem, transformed), pull.to_vec()].concat();
         let (friction, jumps, resultant) = (&friction[..], &jumps, &resultant[..]);
         let foundation = Foundation { friction, jumps, resultant, gap: &gap, stiffness: &stiffness };
@@ -178,7 +178,7 @@ impl<'a> FloatingBodies<'a> {
     pub(super) fn start(&self, transformed: &Transformed, laws: &[PointLaw]) -> Vec<f64> {
         let targets: Vec<f64> = (0..3).flat_map(|c| laws.iter().map(move |law| law.target[c])).collect();
         let mut gap = of_all_points(transformed.halo(), 3, &targets);
-        keep_apart(&mut gap);
+        keep_apart(&self.friction, &mut gap);
         self.equilibrium(transformed, laws, &gap)
     }
 

@@ -1,3 +1,5 @@
+use std::collections::HashMap;
+
 use super::layers::Behind;
 use crate::contact::ContactProblem;
 use crate::linalg::multigrid::{Block, Kernel, Nodes};
@@ -73,7 +75,8 @@ pub(super) struct NoOwnNode {
 ///
 /// A point's own node is one on which its rows are a frame and that no other point reaches, but for points whose own node
 /// has been found before: those may be relative to it, as the middle of a quadratic edge is to the ends, which are relative
-/// to the other body. Where the meshes match both sides of a layer have such a node: then it is that of the layer.
+/// to the other body. Where the meshes match both sides of a layer have such a node: then it is that of the layer. Of points that are
+/// relative to one another in a cycle it is the node on which they alone are a frame: others reach it less.
 pub(super) fn points(
     problem: &ContactProblem,
     nodes: &Nodes,
@@ -105,6 +108,20 @@ pub(super) fn points(
             (*count, *sum) = (*count - 1, *sum - j as u64);
             next.extend((*count == 1).then_some(*sum as u32));
         }
+        let own = others[j].swap_remove(own);
+        points[j] = Some(point(problem, own, &mut others[j], in_frame, filled(problem, &rows, j), j));
+    }
+    let left: Vec<usize> = (0..m).filter(|&j| points[j].is_none()).collect();
+    let mut framed: HashMap<u32, usize> = HashMap::new();
+    for &j in &left {
+        let in_frame = filled(problem, &problem.contact.B, j);
+        let frames = others[j].iter().filter(|(_, block)| is_frame(block, &in_frame));
+        frames.for_each(|(v, _)| *framed.entry(*v).or_default() += 1);
+    }
+    for &j in &left {
+        let in_frame = filled(problem, &problem.contact.B, j);
+        let is_own = |(v, block): &(u32, Block<3, 3>)| framed.get(v) == Some(&1) && is_frame(block, &in_frame);
+        let Some(own) = others[j].iter().position(is_own) else { continue };
         let own = others[j].swap_remove(own);
         points[j] = Some(point(problem, own, &mut others[j], in_frame, filled(problem, &rows, j), j));
     }

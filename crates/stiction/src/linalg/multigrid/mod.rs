@@ -19,6 +19,7 @@ mod coarse_problem;
 mod coarsen;
 mod coarsest;
 mod coulomb_coupling;
+mod cycles;
 mod dense;
 mod distance;
 mod divided_product;

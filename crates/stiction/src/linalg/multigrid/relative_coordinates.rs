@@ -2,6 +2,7 @@ use rayon::prelude::*;
 
 use super::blocks::{Block, Blocks};
 use super::coarsen::Coarser;
+use super::cycles::{Cycle, Entries, Link, order, product, rows_of_cycle, summed};
 use super::dense::{add_product, add_transpose_product};
 use super::divided_product::{moved, widened};
 use super::relative_matrix::RelativeMatrix;
@@ -13,7 +14,8 @@ use super::truncation::contact_ghosts;
 /// obstacle.
 ///
 /// A node may be relative to one that is itself relative, as the middle of a quadratic edge is to its ends and these to
-/// the other body, but not to itself along such a chain: `x = x' - D x'` with `D = (I + C)⁻¹ C`.
+/// the other body, and in a cycle that fades to itself, as nodes beside the border of two contacts are: `x = x' - D x'` with
+/// `D = (I + C)⁻¹ C`.
 #[derive(Debug, Clone)]
 pub(crate) struct RelativeCoordinates {
     /// The nodes with relative displacements.
@@ -23,37 +25,43 @@ pub(crate) struct RelativeCoordinates {
     /// `D`, in the same form.
     pub(super) d: Blocks<3, 3>,
     /// Places in `nodes`, each before those of the nodes it is relative to.
-    order: Vec<u32>,
+    order: Vec<Link>,
 }
 
 /// Most entries of `D` over those of `C` and one a row; middles of quadratic edges have three times as many.
 const MOST_FILL: usize = 8;
 
-/// A row of a matrix of blocks: columns and blocks.
-type Entries = Vec<(u32, Block<3, 3>)>;
-
 impl RelativeCoordinates {
-    /// `C` from its rows, each a list of columns and blocks; `None` if a node is relative to itself along a chain, or if
+    /// `C` from its rows, each a list of columns and blocks; `None` if a node is relative to itself in a cycle that does not fade, or if
     /// chains fill `D`.
     pub(crate) fn new(nodes: Vec<u32>, rows: &[Entries], count: usize) -> Option<RelativeCoordinates> {
         let place = places(&nodes, count);
         let order = order(&place, rows)?;
         let mut most = MOST_FILL * rows.iter().map(|row| row.len() + 1).sum::<usize>();
         let mut inverse: Vec<Entries> = vec![Vec::new(); rows.len()];
-        for &i in order.iter().rev() {
-            let mut row = rows[i as usize].clone();
-            for (k, block) in &rows[i as usize] {
+        // The row of `D` of what a row of `C` names, whose own rows of `D` are known.
+        let row = |named: Entries, inverse: &[Entries]| {
+            let mut row = named.clone();
+            for (k, block) in &named {
                 let Some(relative) = inverse.get(place[*k as usize] as usize) else { continue };
-                let minus = block.map(|r| r.map(|v| -v));
-                row.extend(relative.iter().map(|(j, d)| {
-                    let mut product = [[0.0; 3]; 3];
-                    add_product(&minus, d, &mut product);
-                    (*j, product)
-                }));
+                row.extend(product(&block.map(|r| r.map(|v| -v)), relative));
             }
-            let row = summed(row);
-            most = most.checked_sub(row.len())?;
-            inverse[i as usize] = row;
+            summed(row)
+        };
+        for link in order.iter().rev() {
+            match link {
+                Link::Row(i) => inverse[*i as usize] = row(rows[*i as usize].clone(), &inverse),
+                Link::Cycle(cycle) => {
+                    let of_cycle = rows_of_cycle(cycle, (&nodes, &place), rows, |named| row(named, &inverse));
+                    cycle.rows.iter().zip(of_cycle).for_each(|(&i, row)| inverse[i as usize] = row);
+                }
+            }
+            let added = |i: &u32| inverse[*i as usize].len();
+            let added = match link {
+                Link::Row(i) => added(i),
+                Link::Cycle(cycle) => cycle.rows.iter().map(added).sum(),
+            };
+            most = most.checked_sub(added)?;
         }
         let blocks = |rows: &[Entries]| {
             let named = |i: usize, name: &mut dyn FnMut(u32)| rows[i].iter().for_each(|&(k, _)| name(k));
@@ -79,29 +87,82 @@ impl RelativeCoordinates {
 
     /// `x' = x + C x`.
     pub(crate) fn to_relative(&self, x: &mut [[f64; 3]]) {
-        self.order.iter().for_each(|&i| self.displace(i as usize, x, 1.0));
+        for link in &self.order {
+            match link {
+                Link::Row(i) => self.displace(*i, x, 1.0),
+                Link::Cycle(cycle) => {
+                    let all: Vec<[f64; 3]> = cycle.rows.iter().map(|&i| self.times(i, x)).collect();
+                    self.of_cycle(cycle).zip(all).for_each(|(v, c)| add(&mut x[v], 1.0, c));
+                }
+            }
+        }
     }
 
     /// `x = x' - D x'`, which is `x' - C x` from the ends of the chains on.
     pub(crate) fn to_absolute(&self, x: &mut [[f64; 3]]) {
-        self.order.iter().rev().for_each(|&i| self.displace(i as usize, x, -1.0));
-    }
-
-    fn displace(&self, i: usize, x: &mut [[f64; 3]], sign: f64) {
-        for (k, c) in self.c.entries_of(i) {
-            let other = x[k as usize];
-            let own = &mut x[self.nodes[i] as usize];
-            (0..3).for_each(|r| own[r] += sign * (0..3).map(|s| c[r][s] * other[s]).sum::<f64>());
+        for link in self.order.iter().rev() {
+            match link {
+                Link::Row(i) => self.displace(*i, x, -1.0),
+                Link::Cycle(cycle) => {
+                    // `x' - C x` with what is known alone, and then the inverse.
+                    let mut left: Vec<[f64; 3]> = self.of_cycle(cycle).map(|v| std::mem::take(&mut x[v])).collect();
+                    for (left, &i) in left.iter_mut().zip(&cycle.rows) {
+                        add(left, -1.0, self.times(i, x));
+                    }
+                    for (v, row) in self.of_cycle(cycle).zip(&cycle.inverse) {
+                        row.iter().for_each(|(k, block)| add(&mut x[v], 1.0, times(block, &left[*k as usize])));
+                    }
+                }
+            }
         }
     }
 
     /// Forces that do the same work on the relative displacements, `f' = f - Dᵀ f`, which is `f - Cᵀ f'`.
     pub(crate) fn forces(&self, f: &mut [[f64; 3]]) {
-        for &i in &self.order {
-            let own = f[self.nodes[i as usize] as usize];
-            for (k, c) in self.c.entries_of(i as usize) {
-                (0..3).for_each(|s| f[k as usize][s] -= (0..3).map(|r| c[r][s] * own[r]).sum::<f64>());
+        for link in &self.order {
+            match link {
+                Link::Row(i) => {
+                    let own = f[self.nodes[*i as usize] as usize];
+                    self.take_off(*i, own, f);
+                }
+                Link::Cycle(cycle) => {
+                    let given: Vec<[f64; 3]> = self.of_cycle(cycle).map(|v| f[v]).collect();
+                    let mut own = vec![[0.0; 3]; given.len()];
+                    for (row, given) in cycle.inverse.iter().zip(&given) {
+                        row.iter()
+                            .for_each(|(k, block)| add(&mut own[*k as usize], 1.0, transpose_times(block, given)));
+                    }
+                    cycle.rows.iter().zip(&own).for_each(|(&i, own)| self.take_off(i, *own, f));
+                    self.of_cycle(cycle).zip(own).for_each(|(v, own)| f[v] = own);
+                }
             }
+        }
+    }
+
+    fn of_cycle<'a>(&'a self, cycle: &'a Cycle) -> impl Iterator<Item = usize> + 'a {
+        cycle.rows.iter().map(|&i| self.nodes[i as usize] as usize)
+    }
+
+    fn displace(&self, i: u32, x: &mut [[f64; 3]], sign: f64) {
+        for (k, c) in self.c.entries_of(i as usize) {
+            let other = x[k as usize];
+            add(&mut x[self.nodes[i as usize] as usize], sign, times(c, &other));
+        }
+    }
+
+    /// `C x` at the node of a row.
+    fn times(&self, i: u32, x: &[[f64; 3]]) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for (k, c) in self.c.entries_of(i as usize) {
+            add(&mut sum, 1.0, times(c, &x[k as usize]));
+        }
+        sum
+    }
+
+    /// `f -= Cᵀ own` of a row.
+    fn take_off(&self, i: u32, own: [f64; 3], f: &mut [[f64; 3]]) {
+        for (k, c) in self.c.entries_of(i as usize) {
+            add(&mut f[k as usize], -1.0, transpose_times(c, &own));
         }
     }
 
@@ -258,19 +319,6 @@ fn widen<const C: usize>(m: &mut Blocks<C, C>, more: &[Vec<u32>]) {
     m.replace_rows(&wider, &rows);
 }
 
-/// A row with one entry a column.
-fn summed(mut row: Entries) -> Entries {
-    row.sort_by_key(|entry| entry.0);
-    row.dedup_by(|next, kept| {
-        let same = next.0 == kept.0;
-        if same {
-            kept.1.iter_mut().flatten().zip(next.1.iter().flatten()).for_each(|(sum, b)| *sum += b);
-        }
-        same
-    });
-    row
-}
-
 /// Place of each of `count` nodes among `nodes`, `u32::MAX` for the others.
 pub(super) fn places(nodes: &[u32], count: usize) -> Vec<u32> {
     let mut place = vec![u32::MAX; count];
@@ -278,23 +326,18 @@ pub(super) fn places(nodes: &[u32], count: usize) -> Vec<u32> {
     place
 }
 
-/// The rows in an order in which each comes before those of the nodes it names; `None` if a chain is closed.
-fn order(place: &[u32], rows: &[Entries]) -> Option<Vec<u32>> {
-    let named = |i: u32| rows[i as usize].iter().map(|(k, _)| place[*k as usize]).filter(|&p| p != u32::MAX);
-    let mut waits_for = vec![0u32; rows.len()];
-    (0..rows.len() as u32).flat_map(named).for_each(|p| waits_for[p as usize] += 1);
-    let mut order: Vec<u32> = (0..rows.len() as u32).filter(|&i| waits_for[i as usize] == 0).collect();
-    let mut next = 0;
-    while let Some(&i) = order.get(next) {
-        next += 1;
-        for p in named(i) {
-            waits_for[p as usize] -= 1;
-            if waits_for[p as usize] == 0 {
-                order.push(p);
-            }
-        }
-    }
-    (order.len() == rows.len()).then_some(order)
+/// `x += sign y`.
+fn add(x: &mut [f64; 3], sign: f64, y: [f64; 3]) {
+    x.iter_mut().zip(y).for_each(|(x, y)| *x += sign * y);
+}
+
+fn times(a: &Block<3, 3>, x: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|r| (0..3).map(|s| a[r][s] * x[s]).sum())
+}
+
+/// `aᵀ x`.
+fn transpose_times(a: &Block<3, 3>, x: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|s| (0..3).map(|r| a[r][s] * x[r]).sum())
 }
 
 #[cfg(test)]
@@ -348,11 +391,28 @@ pub(super) mod tests {
         (a, kernel, coordinates.unwrap())
     }
 
+    /// As [`chains`], the nodes of the face beside one another in pairs: each relative to the other one, and these to the next.
+    pub(in super::super) fn cycles() -> (Blocks<3, 3>, Vec<[[f64; 6]; 3]>, RelativeCoordinates) {
+        let (a, kernel, simple) = two_bodies();
+        let beside = [[0.2, 0.02, 0.0], [0.0, 0.25, 0.03], [0.01, 0.0, 0.2]];
+        let row = |i: usize| {
+            let mut row: Entries = simple.c.entries_of(i).map(|(k, block)| (k, *block)).collect();
+            row.push((i as u32 ^ 1, beside));
+            row.extend((i < 6).then_some((i as u32 + 2, beside)));
+            row
+        };
+        let coordinates = RelativeCoordinates::new(simple.nodes.clone(), &(0..16).map(row).collect::<Vec<_>>(), a.rows);
+        (a, kernel, coordinates.unwrap())
+    }
+
     #[test]
-    fn closed_chains_are_refused() {
+    fn chains_that_are_closed_tightly_are_refused() {
         let block = [[0.5, 0.0, 0.0]; 3];
-        let closed: Vec<Entries> = (0..3).map(|i| vec![((i + 1) % 3, block)]).collect();
-        assert!(RelativeCoordinates::new(vec![0, 1, 2], &closed, 4).is_none());
+        let closed = |weight: f64| -> Vec<Entries> {
+            (0..3).map(|i| vec![((i + 1) % 3, [[weight, 0.0, 0.0], [0.0, weight, 0.0], [0.0, 0.0, weight]])]).collect()
+        };
+        assert!(RelativeCoordinates::new(vec![0, 1, 2], &closed(-1.0), 4).is_none());
+        assert!(RelativeCoordinates::new(vec![0, 1, 2], &closed(-0.5), 4).is_some());
         let open: Vec<Entries> = (0..3).map(|i| vec![(i + 1, block)]).collect();
         assert!(RelativeCoordinates::new(vec![0, 1, 2], &open, 4).is_some());
         let long: Vec<Entries> = (0..100).map(|i| vec![(i + 1, block)]).collect();
@@ -380,7 +440,7 @@ pub(super) mod tests {
 
     #[test]
     fn relative_displacements_have_the_energy_and_the_work_of_the_absolute_ones() {
-        for (a, _, coordinates) in [two_bodies(), ends_and_middles(), chains()] {
+        for (a, _, coordinates) in [two_bodies(), ends_and_middles(), chains(), cycles()] {
             keeps_energy_and_work(&a, &coordinates);
         }
     }
@@ -405,7 +465,7 @@ pub(super) mod tests {
 
     #[test]
     fn the_coarse_matrix_stays_and_bodies_joined_by_constraints_are_solved_fast() {
-        for (a, kernel, coordinates) in [two_bodies(), ends_and_middles(), chains()] {
+        for (a, kernel, coordinates) in [two_bodies(), ends_and_middles(), chains(), cycles()] {
             solved_fast(&a, &kernel, &coordinates);
         }
     }
@@ -457,7 +517,7 @@ pub(super) mod tests {
     /// Nodes that slide on those they are measured from, with springs along the surface.
     #[test]
     fn cycles_stay_symmetric_and_contract_faster_with_sweeps_of_nodes_without_their_followers() {
-        for (a, kernel, coordinates) in [two_bodies(), chains()] {
+        for (a, kernel, coordinates) in [two_bodies(), chains(), cycles()] {
             let relative = relative(&a, &coordinates);
             let count = coordinates.nodes.len();
             let stiffness = 0.01 * a.diagonal(coordinates.nodes[0] as usize)[0][0];
