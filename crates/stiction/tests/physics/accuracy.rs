@@ -295,7 +295,7 @@ fn loose_fit(gap: &str) -> String {
     )
 }
 
-/// Finer meshes keep the shape of the first one: without a share for it bars of this fit are a tenth of the errors. With the gap as a length
+/// Finer meshes keep the shape of the first one: without a share for it the bar of the energy is a fifth of its error. With the gap as a length
 /// nothing is open.
 #[test]
 fn what_faces_are_off_curved_surfaces_of_contact_is_in_the_bars() {
@@ -305,9 +305,8 @@ fn what_faces_are_off_curved_surfaces_of_contact_is_in_the_bars() {
     let mut off = 0.0f64;
     for (found, truth) in meshed.values.iter().zip(&exact.values) {
         assert_eq!(found.name, truth.name);
-        let (value, true_value) = (found.value.unwrap(), truth.value.unwrap());
-        println!("{} {value} {:?} {true_value} {:?}", found.name, found.bar, truth.bar);
-        let Some(bar) = found.bar else { continue };
+        // The largest pressure may be none, at the ends of contact.
+        let (Some(value), Some(true_value), Some(bar)) = (found.value, truth.value, found.bar) else { continue };
         let error = (value - true_value).abs();
         assert!(error <= bar + truth.bar.unwrap_or(0.0), "{found:?} {truth:?}");
         off = off.max(error / truth.bar.unwrap_or(f64::INFINITY));
