@@ -68,7 +68,7 @@ pub(super) struct Open {
     pub gap: f64,
     /// Of the energy: the forces times that.
     pub energy: f64,
-    /// Of the normal force, as a part of it: what of it is no resultant, and depends on where contact is.
+    /// Of the normal force, as a part of it: what of it is no resultant grows with the square of the width of contact.
     pub force: f64,
     /// Of area and pressures, as a part of them; infinite where it is too much to be told.
     pub area: f64,
@@ -91,7 +91,7 @@ pub(super) fn open(prepared: &Prepared, outcome: &Outcome, shapes: &[f64]) -> Ve
         Open {
             gap,
             energy: total * gap,
-            force: part.min(1.0) * (1.0 - resultant / total).max(0.0),
+            force: 2.0 * part.min(0.5) * (1.0 - resultant / total).max(0.0),
             area: if part > MOST { f64::INFINITY } else { part },
             part,
         }

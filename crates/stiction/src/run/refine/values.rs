@@ -12,7 +12,9 @@ use crate::mesh::v3::{V3, mean, norm, sub};
 use crate::run::pose::Prepared;
 use crate::run::pose::frames::frames;
 use crate::run::solve::tractions::tractions;
-use crate::run::solve::{AnswerRecord, LARGEST_PRESSURE, Named, Outcome, Totals, ValueRecord, edges, pair_totals};
+use crate::run::solve::{
+    AnswerRecord, LARGEST_PRESSURE, Named, Outcome, Totals, ValueRecord, edges, or_infinite, pair_totals,
+};
 
 /// On the safe side of what the sequence says: of 478 bars on bricks, Hertz's contact, a punch, two bodies and a bolted joint 465 hold,
 /// half of which are over 9.0 times the error (`bench/error_bars.py`, 2026-11-28). On 390 of them a factor of 2
@@ -78,7 +80,7 @@ pub(super) struct Value {
     #[serde(default)]
     pub narrow: bool,
     /// No bar is smaller: what the shape of the first mesh leaves open; none is known where that is infinite.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "or_infinite")]
     pub by_shape: f64,
 }
 
@@ -348,6 +350,21 @@ mod tests {
 
     fn bar_of<const N: usize>(values: [Value; N], error: &[f64]) -> Option<f64> {
         bar(&values.iter().collect::<Vec<_>>(), error)
+    }
+
+    #[test]
+    fn what_the_shape_leaves_open_is_in_every_bar_and_survives_a_file() {
+        let error = [0.1, 0.05, 0.02, 0.01];
+        let open = |by_shape: f64| error.map(|e| Value { by_shape, ..plain(3.0 + 2.0 * e) });
+        assert_eq!(bar_of(open(0.5), &error), Some(0.5));
+        assert_eq!(bar_of(open(f64::INFINITY), &error), None);
+        // Also where the solution lies in the space of the elements.
+        assert_eq!(bar_of(open(0.5), &[0.0; 4]), Some(0.5));
+        assert_eq!(least_bar(&open(0.5).map(|value| vec![value]), Sort::Force), 0.5 / 3.02);
+        for value in [open(0.5), open(f64::INFINITY)].concat() {
+            let read: Value = serde_json::from_str(&serde_json::to_string(&value).unwrap()).unwrap();
+            assert_eq!(read, value);
+        }
     }
 
     #[test]

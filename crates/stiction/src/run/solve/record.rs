@@ -354,7 +354,7 @@ pub(super) fn or_nans<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64
 }
 
 /// A measure, which is beyond all bounds where it is not finite.
-pub(super) fn or_infinite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+pub(in crate::run) fn or_infinite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
 }
 
