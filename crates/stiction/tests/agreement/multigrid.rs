@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use stiction::contact::{ContactProblem, Friction, Labels, Obstacle, SurfaceFriction};
 use stiction::dual::{DualSettings, Form, choose, estimate};
 use stiction::fem::{Formulation, Material, Solid, assemble};
-use stiction::friction::{Multigrid, PointState, Settings, Solution, Status, solve_multigrid};
+use stiction::friction::{Multigrid, PointState, Settings, Solution, SolverPath, Status, solve_multigrid};
 use stiction::linalg::Csr;
 use stiction::mesh::{Block, BlockElement, block};
 use stiction_fixtures::*;
@@ -348,24 +348,42 @@ fn one_set_up_serves_many_loads() {
 #[test]
 fn what_the_path_is_not_for_is_refused_and_bad_numbers_end_it() {
     let p = brick(3, BlockElement::Tet4Six, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35)).pose().problem;
-    // Two points whose rows of B reach each other's nodes: neither has one of its own.
-    let mut coupled = p.clone();
-    let [here, there] = [0, 1].map(|j| coupled.contact.B.row(j).0[0] as usize);
-    let entry = Csr::from_triplets(coupled.contact.B.rows, coupled.contact.B.cols, &[(0, there, 0.5), (1, here, 0.5)]);
     let triplets = |m: &Csr| -> Vec<(usize, usize, f64)> {
         (0..m.rows).flat_map(|i| m.row(i).0.iter().zip(m.row(i).1).map(move |(&j, &v)| (i, j as usize, v))).collect()
     };
-    let all = [triplets(&coupled.contact.B), triplets(&entry)].concat();
-    coupled.contact.B = Csr::from_triplets(p.contact.B.rows, p.contact.B.cols, &all);
-    match Multigrid::new(&coupled) {
+    let with_rows = |rows: Vec<(usize, usize, f64)>| {
+        let mut changed = p.clone();
+        changed.contact.B = Csr::from_triplets(p.contact.B.rows, p.contact.B.cols, &rows);
+        changed
+    };
+    // Two points at one node: one of them has none of its own.
+    let (m, of_b) = (p.points(), triplets(&p.contact.B));
+    let twice = of_b.iter().filter(|(i, ..)| i % m != 1).flat_map(|&(i, j, v)| {
+        let same = (i % m == 0).then_some((i + 1, j, v));
+        [(i, j, v)].into_iter().chain(same)
+    });
+    match Multigrid::new(&with_rows(twice.collect())) {
         Err(error) => {
-            let named = "is that of point 0 of pair \"z-min\" and of point 1 of pair \"z-min\"";
-            let node = p.elastic.node_of.as_ref().unwrap()[here];
-            assert!(error.what.contains("node of their own") && error.what.contains(named), "{error}");
+            assert!(error.what.contains("node of their own"), "{error}");
+            assert!(
+                ["point 0 of pair \"z-min\"", "point 1 of pair \"z-min\""].iter().all(|of| error.what.contains(of)),
+                "{error}"
+            );
+            let node = p.elastic.node_of.as_ref().unwrap()[p.contact.B.row(0).0[0] as usize];
             assert!(error.what.contains(&format!("node {node} ")), "{error}");
         }
         Ok(_) => panic!("a hierarchy without a node for each point"),
     }
+    // Points whose rows reach each other's nodes: by half of their own they have coordinates, by all of it none.
+    let [here, there] = [0, 1].map(|j| p.contact.B.row(j).0[0] as usize);
+    let coupled = |by: f64| with_rows([of_b.clone(), vec![(0, there, by), (1, here, by)]].concat());
+    let half = coupled(0.5);
+    let found = by_multigrid(&half, 1e-10);
+    assert_solved(&found);
+    let expected = stiction::solve(&half, &Settings { path: SolverPath::Dense, ..settings(1e-10) }).unwrap();
+    let largest = expected.u.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+    assert!(found.u.iter().zip(&expected.u).all(|(a, b)| (a - b).abs() <= 1e-7 * largest));
+    assert!(Multigrid::new(&coupled(1.0)).is_err_and(|error| error.what.contains("relative to one another")));
     // Without `node_of` every unknown is a node of its own, and no node has the three rows of a point.
     let mut bare = p.clone();
     bare.elastic.node_of = None;
