@@ -27,16 +27,20 @@ pub(super) fn start(case: &Case, fine: &Local) -> Option<Vec<f64>> {
     let ranks = &fine.division.ranks;
     let (coarse, u) = solved(&coarser.case, ranks).ok()??;
     let nodes = &fine.piece.mesh.nodes;
-    let near = |&x: &V3| around(&coarser.axes, x).map(|(node, _)| node);
-    let mut wanted: Vec<u64> = nodes.par_iter().flat_map_iter(near).collect();
-    wanted.par_sort_unstable();
-    wanted.dedup();
+    // Where each node of the coarser block is among those around nodes here, of which every one is named up to 64 times.
+    let mut place = vec![None; coarse.sizes[0] as usize];
+    nodes.iter().flat_map(|&x| around(&coarser.axes, x)).for_each(|(node, _)| place[node as usize] = Some(0));
+    let mut wanted: Vec<u64> = Vec::new();
+    for (place, node) in place.iter_mut().zip(0..).filter(|(place, _)| place.is_some()) {
+        *place = Some(wanted.len() as u32);
+        wanted.push(node);
+    }
     let u = fetched(&coarse, &u, &wanted, &**ranks);
     let at = |&x: &V3| {
         let mut sum = [0.0; 3];
         for (node, weight) in around(&coarser.axes, x) {
-            let value = u[wanted.partition_point(|&other| other < node)];
-            (0..3).for_each(|c| sum[c] += weight * value[c]);
+            let Some(place) = place[node as usize] else { continue };
+            (0..3).for_each(|c| sum[c] += weight * u[place as usize][c]);
         }
         sum
     };
