@@ -15,7 +15,6 @@ use super::inherit::edge;
 use super::quality::quality;
 use super::v3::{V3, add, dot, norm, scale, sub, unit};
 use super::{CellKind, Mesh};
-use crate::linalg::SmallCholesky;
 
 /// What became of the edges of a boundary.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -47,6 +46,9 @@ const FITS: usize = 2;
 /// What curvatures count in a fit beside what is fitted: so little that it shows only where the corners do not tell them, as on a strip
 /// of one row of facets.
 const RIDGE: f64 = 1e-9;
+
+/// A pivot that is a smaller part of its diagonal entry is rounding: the corners lie on a line.
+const PIVOT: f64 = 1e-12;
 
 /// Moves the middles of straight boundary edges to the surface that the facets stand for; edges at which the boundary
 /// bends by more than `feature_angle`, in degrees, part one smooth surface from another. Cells are quadratic, made of
@@ -256,7 +258,7 @@ fn fit(
 fn normal_of_second_degree(points: &[V3], axis: V3) -> Option<V3> {
     let [e, f] = super::v3::across(axis);
     let size = points.iter().map(|&p| norm(p)).fold(0.0, f64::max);
-    let (mut rows, mut right) = (vec![vec![0.0; 5]; 5], vec![0.0; 5]);
+    let (mut rows, mut right) = ([[0.0; 5]; 5], [0.0; 5]);
     for &p in points {
         let [x, y, z] = [dot(e, p), dot(f, p), dot(axis, p)].map(|c| c / size);
         let r = x * x + y * y;
@@ -271,9 +273,29 @@ fn normal_of_second_degree(points: &[V3], axis: V3) -> Option<V3> {
     }
     let ridge = RIDGE * (0..5).map(|i| rows[i][i]).sum::<f64>();
     (2..5).for_each(|i| rows[i][i] += ridge);
-    let lower = (0..5).map(|i| rows[i][..=i].to_vec()).collect();
-    let slopes = SmallCholesky::new(lower)?.solve(&right);
+    let slopes = solved(rows, right)?;
     unit(sub(axis, add(scale(slopes[0], e), scale(slopes[1], f))))
+}
+
+/// The solution of positive definite equations by elimination; `None` where rounding alone makes them so.
+fn solved(mut rows: [[f64; 5]; 5], mut right: [f64; 5]) -> Option<[f64; 5]> {
+    let least: [f64; 5] = std::array::from_fn(|k| PIVOT * rows[k][k]);
+    for k in 0..5 {
+        let (pivot, of_pivot) = (rows[k], right[k]);
+        if pivot[k].is_nan() || pivot[k] <= least[k] {
+            return None;
+        }
+        for i in k + 1..5 {
+            let factor = rows[i][k] / pivot[k];
+            (k..5).for_each(|j| rows[i][j] -= factor * pivot[j]);
+            right[i] -= factor * of_pivot;
+        }
+    }
+    for k in (0..5).rev() {
+        let known: f64 = (k + 1..5).map(|j| rows[k][j] * right[j]).sum();
+        right[k] = (right[k] - known) / rows[k][k];
+    }
+    Some(right)
 }
 
 #[cfg(test)]

@@ -13,9 +13,9 @@ use crate::contact::{Counterpart, Role};
 use crate::fem::full_displacement;
 use crate::friction::Status;
 use crate::io::case::{AccuracySpec, AgainstSpec, Case, MeshSource, Placing};
+use crate::io::text::number;
 use crate::mesh::{Bisection, MeshNotes, many, refine};
 use crate::run::pose::{MemoryLimit, Prepared, Seconds};
-use crate::run::results::percent;
 use crate::run::solve::{AccuracyRecord, GoalRecord, LevelRecord, Named, Outcome, contact_terms};
 
 /// Bisections of a marked cell from one level to the next; two shorten all its edges but one.
@@ -410,7 +410,7 @@ impl Sequence {
         };
         let all: Option<Vec<f64>> = missed.by_ref().map(least).collect();
         let most = all?.into_iter().reduce(f64::max)?;
-        let by = if most.is_finite() { format!(" by {}", percent(most)) } else { String::new() };
+        let by = if most.is_finite() { format!(" by {} %", number((1e3 * most).ceil() / 10.0)) } else { String::new() };
         Some(format!("the shape of the first mesh leaves the values open{by}, whatever the cells"))
     }
 
