@@ -432,7 +432,9 @@ impl Sequence {
 
     fn record(self, accuracy: &AccuracySpec, ended: Option<String>) -> AccuracyRecord {
         let goals = self.goals(accuracy, self.levels.len());
-        let needed_unknowns = ended.as_ref().and_then(|_| self.needed(accuracy));
+        // Where the shape forbids a goal no mesh meets it.
+        let may_be_met = ended.is_some() && self.open_by_shape(&goals).is_none();
+        let needed_unknowns = if may_be_met { self.needed(accuracy) } else { None };
         let values = values::records(&self.values, &self.errors());
         let (reached, warnings) = (ended.is_none(), self.warnings);
         AccuracyRecord { goals, reached, ended, needed_unknowns, levels: self.levels, values, warnings }
