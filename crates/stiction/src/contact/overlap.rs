@@ -72,7 +72,8 @@ pub enum OverlapKind {
     OutOfReach,
     /// Contact points are there, and what they keep apart has moved too far for contact of the unmoved bodies.
     InContact,
-    /// An obstacle has got into a face between contact points, and touches none of those of the face.
+    /// An obstacle has got into a face between contact points, and touches none of those of the face. What a contact that touches
+    /// elsewhere does not resolve at its edge is among them.
     BetweenPoints,
 }
 
