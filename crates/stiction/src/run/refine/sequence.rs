@@ -322,7 +322,8 @@ const SORTS: [(&str, Sort); 3] =
 
 impl Sequence {
     fn add(&mut self, prepared: &Prepared, outcome: &Outcome, indicators: Indicators) {
-        if self.levels.is_empty() {
+        // Levels that an earlier version has kept have none.
+        if self.shapes.len() != prepared.surfaces.len() {
             self.shapes = shapes(prepared);
         }
         self.warnings = warnings(prepared, outcome, &self.shapes);
