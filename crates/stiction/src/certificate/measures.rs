@@ -11,7 +11,7 @@ use crate::contact::{ContactProblem, Division};
 ///
 /// Lengths are counted in `L`, the largest of displacements, overlaps and contact forces times the compliance at their
 /// points: where all points stick nothing moves but by rounding. What rounding of `K u` and of the jumps explains is not
-/// counted.
+/// counted, unless bodies have gone so far that it hides their loads: then it is the imbalance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Certificate {
     /// `|f - K u - Bᵀ lambda| / max(|f|, |Bᵀ lambda|)`: a body may be loaded by its overlap alone.
@@ -124,9 +124,11 @@ fn certify_share(problem: &ContactProblem, share: &Share, u: &[f64], lambda: &[f
     let [gap, gap_rounding, residual, rounding, unbalanced, inside, at_contact] = sums;
     // Displacements are no better known than forces inside the bodies add up: contact that carries less than that carries nothing.
     let rounding = rounding.sqrt() + ROUNDING * at_contact.sqrt();
+    let allowed = ROUNDING * inside.sqrt();
+    let unbalanced = if scales.is_beyond_sight(problem, allowed) { 2.0 * allowed } else { unbalanced.sqrt() };
     let balances = balances(problem, share, u, lambda, &internal).unwrap_or_default();
     let mut certificate = Certificate {
-        equilibrium: measure(unbalanced.sqrt(), ROUNDING * inside.sqrt(), scales.load),
+        equilibrium: measure(unbalanced, allowed, scales.load),
         balance: worst_balance(&balances),
         bodies: balances,
         penetration,

@@ -18,6 +18,11 @@ pub(super) const ROUNDING: f64 = 10.0 * f64::EPSILON;
 /// and where there is no friction at all, the tangential part of a normal force in another frame is no error.
 const LEAST_FRICTION: f64 = 1e-6;
 
+/// Displacements over the radius of the largest body from which they may hide a load, and the part of it that is hidden then. A joint pulled
+/// beyond friction goes 1e13 times as far, where rounding of its rows of `B` closes gaps and makes normal forces to any load.
+const FAR: f64 = 1e6;
+const HIDDEN: f64 = 0.01;
+
 /// The scales of one answer; each is zero only where data and answer hold nothing of its kind.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scales {
@@ -80,6 +85,13 @@ impl Scales {
             load: load.sqrt().max(by_contact.sqrt()),
             work: length * work,
         }
+    }
+
+    /// Whether bodies have moved so far that rounding of their internal forces, newton, hides what loads them.
+    pub(super) fn is_beyond_sight(&self, problem: &ContactProblem, rounding: f64) -> bool {
+        let radii = problem.labels.bodies.iter().flat_map(|bodies| &bodies.list).map(|body| body.radius);
+        let radius = radii.fold(0.0, f64::max);
+        radius > 0.0 && self.length > FAR * radius && rounding > HIDDEN * self.load
     }
 }
 

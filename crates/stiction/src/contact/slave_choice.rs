@@ -67,8 +67,8 @@ pub fn choose_slave(mesh: &Mesh, dofs: &DofMap, surface: &ContactSurface, young:
         return (if constrained[0] { Role::Against } else { Role::On }, Reason::Free);
     }
     let smaller = |a: f64, b: f64, alike: f64| match () {
-        () if alike * a < b => Some(Role::On),
-        () if alike * b < a => Some(Role::Against),
+        () if ROUNDED * alike * a < b => Some(Role::On),
+        () if ROUNDED * alike * b < a => Some(Role::Against),
         () => None,
     };
     if let Some(softer) = smaller(young[0], young[1], NEARLY_RIGID) {
@@ -89,6 +89,9 @@ pub fn choose_slave(mesh: &Mesh, dofs: &DofMap, surface: &ContactSurface, young:
         None => (Role::On, Reason::First),
     }
 }
+
+/// Sizes whose ratio is a limit but for rounding are alike in every place and unit.
+const ROUNDED: f64 = 1.0 + 1e-9;
 
 /// The ratio of moduli up to which points may lie on the stiffer body: multigrid refuses them from a hundred on.
 const MUCH_STIFFER: f64 = 30.0;

@@ -258,7 +258,7 @@ pub struct Grids {
 
 /// A part of grids: a mesh without groups, and the numbers of its nodes and cells, ascending.
 pub struct GridMesh {
-    /// The cells, with all faces of the boundary.
+    /// The cells, with all faces of the boundary if they were asked for.
     pub mesh: Mesh,
     /// Of each node in the whole.
     pub nodes: Vec<u64>,
@@ -375,8 +375,10 @@ impl Grids {
         cells
     }
 
-    /// The mesh of some cells, which ascend, without groups.
+    /// The mesh of some cells, which ascend, without faces and groups.
     pub fn mesh(&self, cells: Vec<u64>) -> GridMesh {
+        // The places of all nodes are their numbers.
+        let all = cells.len() as u64 == self.sizes()[1];
         let of_grid = |k: usize| {
             let place = |number: u64| cells.partition_point(|&cell| cell < number);
             &cells[place(self.before[1][k])..place(self.before[1][k + 1])]
@@ -385,6 +387,9 @@ impl Grids {
         let chunk = |k: usize, some: &[u64]| {
             let mut nodes = Vec::with_capacity(self.list[k].1.element.kind().nodes() * some.len());
             some.iter().for_each(|&cell| self.cell_nodes(cell, &mut nodes));
+            if all {
+                return (nodes.into_iter().map(|node| node as u32).collect(), Vec::new());
+            }
             let own = ascending(nodes.iter().copied());
             let place = |node: &u64| own.partition_point(|other| other < node) as u32;
             (nodes.iter().map(place).collect::<Vec<u32>>(), own)
@@ -392,11 +397,15 @@ impl Grids {
         let chunks = |k: usize| of_grid(k).par_chunks(CHUNK).map(|some| chunk(k, some)).collect::<Vec<_>>();
         let chunks: Vec<Vec<Chunk>> = (0..self.len()).map(chunks).collect();
         let mut nodes: Vec<u64> = chunks.iter().flatten().flat_map(|(_, own)| own.iter().copied()).collect();
+        if all {
+            nodes = (0..self.sizes()[0]).collect();
+        }
         nodes.par_sort_unstable();
         nodes.dedup();
         let local = |(places, own): &Chunk| {
             let own: Vec<u32> = own.iter().map(|number| nodes.partition_point(|node| node < number) as u32).collect();
-            places.iter().map(|&place| own[place as usize]).collect::<Vec<u32>>()
+            let place = |&place: &u32| if all { place } else { own[place as usize] };
+            places.iter().map(place).collect::<Vec<u32>>()
         };
         let block = |(k, chunks): (usize, &Vec<Chunk>)| Cells {
             kind: self.list[k].1.element.kind(),
@@ -406,7 +415,12 @@ impl Grids {
         drop(chunks);
         let places = nodes.par_iter().map(|&number| self.place(number)).collect();
         let (arrays, groups, faces) = (MeshArrays::default(), Vec::new(), Vec::new());
-        let mut mesh = Mesh { nodes: places, cells: blocks, faces, groups, arrays };
+        GridMesh { mesh: Mesh { nodes: places, cells: blocks, faces, groups, arrays }, nodes, cells }
+    }
+
+    /// The same with the faces that are at the boundary of the whole.
+    pub fn mesh_with_faces(&self, cells: Vec<u64>) -> GridMesh {
+        let GridMesh { mut mesh, nodes, cells } = self.mesh(cells);
         let of_cell = |(own, &number): (usize, &u64)| {
             let k = self.of_cell(number);
             let sides = self.list[k].1.sides(number - self.before[1][k]);
@@ -492,7 +506,7 @@ mod tests {
     fn same(grids: &Grids, expected: &Mesh) {
         let [nodes, cells] = grids.sizes();
         assert_eq!([nodes, cells], [expected.nodes.len() as u64, expected.cell_count() as u64]);
-        let mut whole = grids.mesh((0..cells).collect());
+        let mut whole = grids.mesh_with_faces((0..cells).collect());
         assert!(whole.nodes.iter().copied().eq(0..nodes));
         whole.mesh.groups = grids.groups(&whole);
         assert_eq!(whole.mesh.groups, expected.groups);

@@ -466,3 +466,33 @@ fn a_body_without_support_that_nothing_presses_is_named() {
     let held = told("[[fix]]\non = \"table.z-min\"\n");
     assert!(!held.contains("has no support"), "{held}");
 }
+
+/// A hub on a clamped shaft (a quarter of both) resists a pull up to `mu N`, `N` from the overlap that was meshed. Beyond, it slides off;
+/// at 1e14 mm rounding of axial directions in the rows of the curved faces amounts to a taper that makes any normal force.
+#[test]
+fn a_hub_pulled_beyond_friction_is_not_certified_where_rounding_wedges_it() {
+    let case = |pull: f64, path: &str| {
+        format!(
+            "[mesh.parts.S]\nring = {{ radii = [6, 10], height = 8, degrees = 90, cells = [1, 3, 2], element = \"hex8\" }}\n\
+             [mesh.parts.H]\nring = {{ radii = [10, 16], height = 6, degrees = 90, cells = [1, 2, 2], element = \"hex8\" }}\n\
+             move = [0, 0, 1]\n[materials.steel]\nyoung = 210e3\npoisson = 0.3\n\
+             [[fix]]\non = [\"S.start\", \"H.start\"]\ncondition = \"symmetry\"\n\
+             [[fix]]\non = [\"S.end\", \"H.end\"]\ncondition = \"symmetry\"\n[[fix]]\non = \"S.inner\"\n\
+             [[load]]\non = \"H.z-max\"\nforce = [0, 0, {pull}]\n\
+             [[contact]]\non = \"H.inner\"\nagainst = \"S.outer\"\nfriction = {{ coulomb = 0.1 }}\ngap = -0.002\n\
+             slave = \"against\"\n[solver]\npath = \"{path}\"\n"
+        )
+    };
+    for path in ["dense", "solves"] {
+        let (outcome, _) = case_run::solved(&case(60.0, path));
+        assert_eq!(outcome.solution.status, Status::Solved);
+        for pull in [150.0, 200.0, 300.0, 1000.0] {
+            let case = stiction::io::case::parse(&case(pull, path), "case.toml", &[]).unwrap();
+            let prepared = stiction::run::prepare(&case).unwrap();
+            let settings = stiction::run::Settings::of(&case.solver);
+            let outcome = stiction::run::solve(&prepared, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+            let most = max_abs(&outcome.solution.u);
+            assert_ne!(outcome.solution.status, Status::Solved, "{path} {pull}: {most:e}");
+        }
+    }
+}

@@ -14,6 +14,7 @@ pub(super) struct ContactCondition {
 }
 
 /// The law at one point, in its frame.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct PointLaw {
     pub friction: Friction,
     /// Values of constrained components: the gap, and the tangential displacement from which slip is measured; length.

@@ -1,9 +1,9 @@
 use super::active_set::{ContactCondition, PointLaw};
 use super::coarse_start;
-use super::directions::norm;
+use super::directions::{Vector, norm};
 use super::divided::Divided;
 use super::floating::FloatingBodies;
-use super::iteration::{Iterate, State, Subproblem, judge};
+use super::iteration::{Iterate, State, Subproblem, judge, judged as judged_by_law, squares};
 use super::points::Point;
 use super::strategy::{STAGES, Traits};
 use super::transform::Transformed;
@@ -267,8 +267,9 @@ pub(super) fn start(
     hierarchy: &mut Hierarchy,
     settings: &Settings,
 ) -> State {
-    let u = match &settings.start_displacement {
-        Some(u) => Some(transformed.to_frames(u)),
+    let given = settings.start_displacement.as_ref().map(|u| transformed.to_frames(u));
+    let u = match given.filter(|u| !none_is_nearer(transformed, laws, u)) {
+        Some(u) => Some(u),
         None => {
             let rigid = start_of_floating_bodies(problem, transformed, laws).map(|u| transformed.to_frames(&u));
             // Floating bodies that lie in others move at once. Pressed together by loads alone they are found from zero as fast.
@@ -286,6 +287,32 @@ pub(super) fn start(
         None => State::zero(transformed.f.len()),
     }
 }
+
+/// Whether displacements `u` leave far more out of balance than none do, as those of the step before one in which all loads vanish:
+/// from there contact forces fall together with the residual, which never gets small beside them.
+fn none_is_nearer(transformed: &Transformed, laws: &[PointLaw], u: &Vector) -> bool {
+    let problem = Subproblem {
+        transformed,
+        laws,
+        tolerance: 0.0,
+        max_cycles: 0,
+        max_resets: 0,
+        floating: None,
+        tightening: None,
+    };
+    let left = |ku: Vector, u: Vector| {
+        let mut at = Iterate { u, ku, ..Iterate::default() };
+        at.conditions = judged_by_law(&problem, &at);
+        squares(&problem, &at)[0]
+    };
+    let zero: Vector = vec![[0.0; 3]; u.len()];
+    let mut both = [left(zero.clone(), zero), left(transformed.k.times(u), u.clone())];
+    transformed.halo().sum(&mut both);
+    both[0] < NEARER.powi(2) * both[1]
+}
+
+/// What no displacements leave out of balance, over what those given do, below which the iteration begins at none.
+const NEARER: f64 = 1e-6;
 
 /// The factor for the target after a certificate that does not pass.
 fn reduction(certificate: &Certificate) -> f64 {

@@ -110,7 +110,7 @@ impl Parts for Made {
     fn boundary(&mut self, case: &Case, parts: usize) -> Result<Whole, Error> {
         let limit = MemoryLimit { divided: true, ..MemoryLimit::of(&case.solver) };
         posing_fits(self.grids.boundary_nodes(), 0.0, &limit)?;
-        let mut made = self.grids.mesh(self.grids.boundary_cells());
+        let mut made = self.grids.mesh_with_faces(self.grids.boundary_cells());
         made.mesh.groups = self.grids.groups(&made);
         let GridMesh { mesh, nodes, cells } = made;
         Whole::new(case, (mesh, MeshNotes::default()), (Some([nodes, cells]), self.grids.sizes()), None, parts)
@@ -133,15 +133,20 @@ impl Parts for Made {
             grids.cell_nodes(cell, &mut nodes);
             nodes.into_iter().any(|node| owner(node) == own)
         };
-        let mut cells = beside.cells.clone();
-        for (grid, corners) in self.boxes(owners, ranks) {
-            let near: Vec<u64> = grids.cells_at(grid, corners).collect();
-            let found: Vec<Vec<u64>> =
-                near.par_chunks(CHUNK).map(|some| some.iter().copied().filter(has_own).collect()).collect();
-            cells.extend(found.into_iter().flatten());
+        let mut cells: Vec<u64>;
+        if ranks.size() == 1 {
+            cells = (0..grids.sizes()[1]).collect();
+        } else {
+            cells = beside.cells.clone();
+            for (grid, corners) in self.boxes(owners, ranks) {
+                let near: Vec<u64> = grids.cells_at(grid, corners).collect();
+                let found: Vec<Vec<u64>> =
+                    near.par_chunks(CHUNK).map(|some| some.iter().copied().filter(has_own).collect()).collect();
+                cells.extend(found.into_iter().flatten());
+            }
+            cells.par_sort_unstable();
+            cells.dedup();
         }
-        cells.par_sort_unstable();
-        cells.dedup();
         let GridMesh { mesh, nodes, cells } = grids.mesh(cells);
         let owner = nodes.par_iter().map(|&node| owner(node)).collect();
         let kinds: Vec<u32> = nodes.iter().map(|&node| grids.of_node(node) as u32).collect();

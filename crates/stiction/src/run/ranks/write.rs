@@ -216,13 +216,17 @@ impl GridFields {
 }
 
 /// The nodes of some cells and faces, and the cells with their places among these.
-fn compact(lists: &[(u8, &[u32])]) -> (Vec<u32>, Vec<(u8, Vec<u32>)>) {
-    let mut nodes: Vec<u32> = lists.iter().flat_map(|(_, list)| list.iter().copied()).collect();
-    nodes.sort_unstable();
-    nodes.dedup();
-    let place = |v: &u32| nodes.partition_point(|w| w < v) as u32;
-    let cells = lists.iter().map(|(code, list)| (*code, list.iter().map(place).collect())).collect();
-    (nodes, cells)
+fn compact(lists: &[(u8, &[u32])], nodes: usize) -> (Vec<u32>, Vec<(u8, Vec<u32>)>) {
+    let mut place = vec![None; nodes];
+    lists.iter().flat_map(|(_, list)| *list).for_each(|&v| place[v as usize] = Some(0));
+    let mut used = Vec::new();
+    for (place, v) in place.iter_mut().zip(0..).filter(|(place, _)| place.is_some()) {
+        *place = Some(used.len() as u32);
+        used.push(v);
+    }
+    let places = |list: &[u32]| list.iter().filter_map(|&v| place[v as usize]).collect();
+    let cells = lists.iter().map(|(code, list)| (*code, places(list))).collect();
+    (used, cells)
 }
 
 /// The cells of this rank, each of which is that of its first node.
@@ -238,7 +242,7 @@ fn body(answer: &RankedAnswer, rank: usize) -> GridFields {
         .collect();
     let all: Vec<&[u32]> = mesh.cell_iter().map(|(_, nodes)| nodes).collect();
     let lists: Vec<(u8, &[u32])> = own.iter().map(|&cell| (whole.codes[cell], all[cell])).collect();
-    let (nodes, cells) = compact(&lists);
+    let (nodes, cells) = compact(&lists, mesh.nodes.len());
     GridFields {
         points: nodes.iter().map(|&v| mesh.nodes[v as usize]).collect(),
         cells,
@@ -263,7 +267,7 @@ fn surface(answer: &RankedAnswer) -> GridFields {
     let faces = groups.flat_map(|group| &group.faces).map(|&f| mesh.faces[f as usize].nodes());
     let own: Vec<(u8, &[u32])> =
         faces.filter(|nodes| division.is_own(nodes[0])).map(|nodes| (face_code(nodes.len()), nodes)).collect();
-    let (nodes, cells) = compact(&own);
+    let (nodes, cells) = compact(&own, mesh.nodes.len());
     let (n, m) = (nodes.len(), problem.points());
     let [mut pressure, mut gap] = [vec![f64::NAN; n], vec![f64::NAN; n]];
     let [mut shear, mut slip, mut force] = [vec![[f64::NAN; 3]; n], vec![[f64::NAN; 3]; n], vec![[0.0; 3]; n]];
