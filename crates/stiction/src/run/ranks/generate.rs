@@ -135,6 +135,7 @@ impl Parts for Made {
         };
         let mut cells: Vec<u64>;
         if ranks.size() == 1 {
+            // All of them: to look through them and to put them in order takes as long as to make them.
             cells = (0..grids.sizes()[1]).collect();
         } else {
             cells = beside.cells.clone();

@@ -215,7 +215,7 @@ impl GridFields {
     }
 }
 
-/// The nodes of some cells and faces, and the cells with their places among these.
+/// The nodes of some cells and faces of a mesh with so many nodes, ascending, and the cells with their places among these.
 fn compact(lists: &[(u8, &[u32])], nodes: usize) -> (Vec<u32>, Vec<(u8, Vec<u32>)>) {
     let mut place = vec![None; nodes];
     lists.iter().flat_map(|(_, list)| *list).for_each(|&v| place[v as usize] = Some(0));
