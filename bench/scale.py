@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How far `stiction-mpi` would scale: a model from counts, with its table and its chart.
 
-    python3 bench/scale.py measure PROGRAM   # bricks on 1 to 64 ranks on this machine: bench/results/2026-11-28-ranks.json
+    python3 bench/scale.py measure PROGRAM   # bricks on 1 to 125 ranks on this machine: bench/results/2026-11-28-ranks.json
     python3 bench/scale.py                   # docs/scale.md (its tables) and docs/scale.png; needs matplotlib
 
 What is counted (nodes and entries of the levels, ghosts, exchanges, bytes, sums) does not depend on the machine. What is
@@ -42,7 +42,7 @@ def measure(program):
         for ranks in (1, 2, 4, 8, 16, 32, 64):
             runs.append(run(program, element, cells, ranks))
     # The same number of nodes for each rank.
-    for ranks, cells in ((1, [39, 13, 13]), (8, [78, 26, 26]), (27, [117, 39, 39]), (64, [156, 52, 52])):
+    for ranks, cells in ((1, [39, 13, 13]), (8, [78, 26, 26]), (27, [117, 39, 39]), (64, [156, 52, 52]), (125, [195, 65, 65])):
         runs.append({**run(program, "tet4", cells, ranks), "weak": True})
     COUNTS.write_text(json.dumps(runs, indent=1) + "\n")
 
@@ -74,15 +74,24 @@ def levels_of(unknowns, shape):
     return levels
 
 
-def visits_of(levels):
-    """How often a cycle visits each level: as `affordable_cycle_index` has it."""
-    visits, all_visits, budget = 1, [1, 1], levels[0][1]
+def visits_of(levels, ranks):
+    """How often a cycle visits each level: as `affordable_cycle_index` has it, by what the busiest rank has of each level."""
+    on = holders_of(levels, ranks)
+    visits, all_visits, budget = 1, [1, 1], levels[0][1] / ranks
     for k in range(1, len(levels) - 1):
         coarsest = levels[-1][1] if k + 2 == len(levels) else 0
-        index = min(max(int(budget / (visits * (levels[k + 1][1] + coarsest))), 1), INDEX) if k + 1 < len(levels) else 1
+        index = min(max(int(budget / (visits * (levels[k + 1][1] / on[k + 1] + coarsest))), 1), INDEX) if k + 1 < len(levels) else 1
         visits *= index
         all_visits.append(visits)
     return all_visits[: len(levels)]
+
+
+def holders_of(levels, ranks):
+    """How many ranks have nodes of each level; never more than of the finer one."""
+    on = [ranks]
+    for nodes, _ in levels[1:]:
+        on.append(min(on[-1], holders(nodes, ranks)))
+    return on
 
 
 def holders(nodes, ranks):
@@ -103,7 +112,7 @@ class Model:
         self.surface = max(r["most"]["ghosts"] / r["most"]["nodes"] ** (2 / 3) for r in divided)
         self.sums = math.ceil(max(r["most"]["sums_per_cycle"] for r in divided))
         reference = levels_of(2e6, self.shape)
-        work = sum(v * e for v, (_, e) in zip(visits_of(reference), reference))
+        work = sum(v * e for v, (_, e) in zip(visits_of(reference, 1), reference))
         self.second = COST["cycle"] * 2 / work
 
     def exchange(self, size, ranks, more=0):
@@ -119,11 +128,10 @@ class Model:
     def cycle(self, unknowns, ranks):
         """Seconds of a cycle by part."""
         levels = levels_of(unknowns, self.shape)
-        visits = visits_of(levels)
+        visits = visits_of(levels, ranks)
         parts = dict.fromkeys(("levels of all ranks", "agglomerated levels", "halos", "sums"), 0.0)
         above, visits_above = ranks, 1
-        for k, ((nodes, entries), count) in enumerate(zip(levels, visits)):
-            here = ranks if k == 0 else min(above, holders(nodes, ranks))
+        for k, ((nodes, entries), count, here) in enumerate(zip(levels, visits, holders_of(levels, ranks))):
             parts["levels of all ranks" if here == ranks else "agglomerated levels"] += self.second * count * entries / here
             if ranks > 1:
                 ghosts = self.surface * (nodes / here) ** (2 / 3) if here > 1 else 0

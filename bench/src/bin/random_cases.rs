@@ -31,8 +31,10 @@ fn main() {
         match found {
             Ok(taken) => steps.push(taken),
             Err(reason) if leaves(&reason) => left += 1,
-            Err(reason) if ranks.is_some() && ranks_refuse(&reason) => refused += 1,
-            Err(reason) if reason.contains("multigrid") || reason.contains("aggregation") => refused += 1,
+            Err(reason) if is_refused(&reason, ranks.is_some()) => {
+                refused += 1;
+                println!("seed {seed}: {reason}");
+            }
             Err(reason) => {
                 unsolved += 1;
                 println!("seed {seed}: {reason}\n{text}");
@@ -52,4 +54,9 @@ fn main() {
         share(0.95),
         share(0.99)
     );
+}
+
+/// Whether the path, or the ranks, are not for the case.
+fn is_refused(reason: &str, ranks: bool) -> bool {
+    ranks && ranks_refuse(reason) || reason.contains("multigrid") || reason.contains("aggregation")
 }

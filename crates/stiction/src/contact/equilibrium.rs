@@ -48,7 +48,9 @@ pub fn unresisted(problem: &ContactProblem, motions: &RigidMotions) -> Option<Sl
     let load = motions.work(&problem.elastic.f);
     let mut caused = vec![0.0; load.len()];
     free.iter().for_each(|v| axpy(dot(v, &load) / dot(v, v), v, &mut caused));
-    let pushed = dot(&caused, &load) > BALANCED * norm(&load) * norm(&caused);
+    // Forces that have no resultant, such as those of heat, leave rounding.
+    let has_resultant = norm(&load) > ROUNDING * motions.work_size(&problem.elastic.f);
+    let pushed = has_resultant && dot(&caused, &load) > BALANCED * norm(&load) * norm(&caused);
     Some(if pushed { slide(caused, &load) } else { Slide { work: 0.0, ..slide(first, &load) } })
 }
 

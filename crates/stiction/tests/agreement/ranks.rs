@@ -179,7 +179,7 @@ fn meshes_with_few_nodes_for_each_rank_are_the_same_on_ranks() {
 /// On four ranks the active sets of this mesh go round, and so does what follows.
 #[test]
 fn what_ranks_together_do_not_solve_rank_0_solves_alone_and_all_judge_it() {
-    let case = case::parse(&random_case::text(1159), "case.toml", &[]).unwrap();
+    let case = case::parse(&random_case::text(738), "case.toml", &[]).unwrap();
     let (u, summary) = on_ranks(&case, 4);
     assert!(summary.found_by_first && summary.status == Status::Solved && summary.certificate.passed, "{summary}");
     assert!(summary.to_string().contains("by rank 0 alone"), "{summary}");
@@ -244,6 +244,16 @@ fn a_cycle_takes_two_sums_and_now_and_then_a_third() {
     // The start and the certificate are the same in both.
     let sums = (fine - rough) / (many - few);
     assert!(many >= few + 5.0 && (1.9..2.7).contains(&sums), "{sums} sums a cycle, {few} and {many} cycles");
+}
+
+/// Few of many ranks have the second level: visited thrice, as on one rank, it would take 15 exchanges a cycle, and the others wait.
+#[test]
+fn a_level_that_few_of_many_ranks_have_is_visited_once() {
+    let text = brick("element = \"hex8\"", "{ coulomb = 0.35 }").replace("[48, 16, 16]", "[72, 24, 24]");
+    let summary = on_ranks(&case_of(&text, "1e-8"), 32).1;
+    let sent = summary.ranks.iter().map(|rank| rank.exchanges_per_cycle).fold(0.0, f64::max);
+    let cycles = summary.counts.iterations;
+    assert!(cycles <= 16 && sent <= 13.0, "{cycles} cycles, {sent} exchanges each");
 }
 
 /// The certificates of ranks that hold all of a problem and own a part of it each.

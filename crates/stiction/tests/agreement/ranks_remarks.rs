@@ -161,10 +161,10 @@ fn surfaces_that_no_search_finds_are_no_answer_on_ranks() {
         assert_eq!(found.status, Status::PassesThrough);
         has(&found.ended_short().unwrap(), &["the files hold bodies that pass through each other"]);
     }
-    // What nobody has named is a warning, of a body and of a wall.
+    // What nobody has named is a warning, of a body and of a wall. Twisted, so that one place turns most.
     let wall = "[[contact]]\nname = \"wall\"\non = \"a.x-max\"\nfriction = \"none\"\n\
                 against = { plane = { point = [12, 0, 0], normal = [-1, 0, 0] } }\n";
-    let text = two(4.0, &format!("[[fix]]\non = \"b.z-max\"\nvalue = [6, 0, \"-4 - 0.1*x\"]\n{wall}"));
+    let text = two(4.0, &format!("[[fix]]\non = \"b.z-max\"\nvalue = [6, 0, \"-4 - 0.1*x - 0.002*x*y\"]\n{wall}"));
     let (said, _) = says_the_same(&text, &[3]);
     has(
         &said,

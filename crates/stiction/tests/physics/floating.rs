@@ -462,9 +462,43 @@ fn a_body_without_support_that_nothing_presses_is_named() {
         stiction::run::report(&run.1, &run.0).to_string()
     };
     let free = told("");
-    assert!(free.contains("body \"table\" has no support, and no force acts on it"), "{free}");
+    assert!(free.contains("body \"table\" has no support, and nothing presses on it"), "{free}");
     let held = told("[[fix]]\non = \"table.z-min\"\n");
     assert!(!held.contains("has no support"), "{held}");
+}
+
+/// A block under a lid that is lifted and put back. With given friction, which acts on open points too, nothing holds it across the lid
+/// meanwhile.
+#[test]
+fn a_body_that_given_friction_alone_holds_is_named() {
+    let layer = "size = [10, 6, 3], cells = [4, 2, 1], element = \"hex8\"";
+    for law in ["{ tresca = 0.002 }", "{ coulomb = 0.1 }"] {
+        let (outcome, _) = case_run::solved(&format!(
+            "[mesh.parts.a]\nblock = {{ {layer} }}\n[mesh.parts.b]\nblock = {{ {layer} }}\nmove = [0, 0, 3]\n\
+             [materials.m]\nyoung = 100\npoisson = 0.3\n\
+             [[fix]]\non = \"b.z-max\"\nvalue = [\"1e-3*t\", 0, \"-2e-3*min(t, 1) + 4e-3*min(max(t - 1, 0), 1) - 4e-3*max(t - 2, 0)\"]\n\
+             [[contact]]\non = \"a.z-min\"\nagainst = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\nfriction = {{ coulomb = 0.3 }}\n\
+             [[contact]]\non = \"b.z-min\"\nagainst = \"a.z-max\"\nfriction = {law}\n\
+             [[step]]\nuntil = 1\n[[step]]\nuntil = 2\n[[step]]\nuntil = 3\n"
+        ));
+        let unheld: Vec<_> = outcome.steps.iter().map(|step| step.answer.unheld.join(" ")).collect();
+        assert_eq!(unheld, ["", "a", ""], "{law}");
+    }
+}
+
+/// Heat has no resultant: what rounding leaves of it pushes nothing.
+#[test]
+fn heat_does_not_push_a_body_away() {
+    for (height, young) in [(3.81061, 4839.38872398), (3.3, 2.1e5), (0.7, 1.7e11)] {
+        let refused = case_run::refused(&format!(
+            "[mesh.parts.low]\nblock = {{ size = [10, 6, 2.57898], cells = [5, 3, 2], element = \"hex8\" }}\n\
+             [mesh.parts.mid]\nblock = {{ size = [10, 6, {height}], cells = [5, 3, 1], element = \"hex8\" }}\nmove = [0, 0, 2.57898]\n\
+             [materials.m]\nyoung = {young}\npoisson = 0.499\nexpansion = 1.36393577675e-05\n\
+             [[fix]]\non = \"low.z-min\"\n[[load]]\ntemperature = 20\n\
+             [[contact]]\non = \"mid.z-min\"\nagainst = \"low.z-max\"\nfriction = \"none\"\n"
+        ));
+        assert!(refused.contains("its displacement is not determined"), "{refused}");
+    }
 }
 
 /// A hub on a clamped shaft (a quarter of both) resists a pull up to `mu N`, `N` from the overlap that was meshed. Beyond, it slides off;

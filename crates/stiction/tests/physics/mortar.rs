@@ -370,6 +370,31 @@ fn the_choice_of_the_slave_matters_less_and_less() {
     assert_eq!(chosen(&finer), (Role::Against, Reason::Finer));
 }
 
+/// Faces whose sizes have the ratio 5 / 4, up to which sizes are alike: the softer body carries the points wherever the blocks
+/// stand, however they are turned and in every unit, although rounding makes the ratio a little more or less.
+#[test]
+fn rounding_does_not_choose_the_slave() {
+    for k in 0..24 {
+        let (place, unit) = (0.37 * f64::from(k), [1.0, 1e-3, 25.4][k as usize % 3]);
+        let turn = format!("turn = {{ axis = [1, 2, 3], degrees = {}, point = [0, 0, 0] }}", 15 * k);
+        let upper = format!("move = [{place}, {}, {unit}]", place / 7.0);
+        let blocks = two_blocks(&turn, [0.0; 3], "friction = \"none\"", 1)
+            .replace(
+                "size = [1, 1, 1], cells = [3, 3, 3]",
+                &format!("size = [{unit}, {unit}, {unit}], cells = [5, 5, 2]"),
+            )
+            .replace(
+                "size = [0.7, 0.8, 0.5], cells = [4, 3, 3]",
+                &format!("size = [{unit}, {unit}, {unit}], cells = [4, 4, 2]"),
+            )
+            .replace("element = \"tet4\" }", &format!("element = \"hex8\" }}\nmove = [{place}, {}, 0]", place / 7.0))
+            .replace("move = [0.1, 0.1, 1]", &upper);
+        let case = case::parse(&blocks, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
+        let pair = prepare(&case).unwrap().facts.contacts[0].surface.pair.clone().unwrap();
+        assert_eq!((pair.slave, pair.reason), (Role::On, Reason::Softer), "{blocks}");
+    }
+}
+
 /// A block dragged over another slips everywhere: friction is F N against its motion, whoever carries the points.
 #[test]
 fn a_dragged_block_slips_everywhere() {

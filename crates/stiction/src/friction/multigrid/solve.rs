@@ -1,6 +1,6 @@
 use super::active_set::{ContactCondition, PointLaw};
 use super::coarse_start;
-use super::directions::{Vector, norm};
+use super::directions::norm;
 use super::divided::Divided;
 use super::floating::FloatingBodies;
 use super::iteration::{Iterate, State, Subproblem, judge, judged as judged_by_law, squares};
@@ -267,30 +267,27 @@ pub(super) fn start(
     hierarchy: &mut Hierarchy,
     settings: &Settings,
 ) -> State {
-    let given = settings.start_displacement.as_ref().map(|u| transformed.to_frames(u));
-    let u = match given.filter(|u| !none_is_nearer(transformed, laws, u)) {
-        Some(u) => Some(u),
-        None => {
-            let rigid = start_of_floating_bodies(problem, transformed, laws).map(|u| transformed.to_frames(&u));
-            // Floating bodies that lie in others move at once. Pressed together by loads alone they are found from zero as fast.
-            let overlaps = transformed.halo().any(laws.iter().any(|law| law.target[0] < 0.0));
-            let found = if transformed.floats() && rigid.is_none() && !overlaps {
-                None
-            } else {
-                coarse_start::start(transformed, laws, hierarchy, rigid.as_ref())
-            };
-            found.or(rigid)
-        }
+    let given = settings.start_displacement.as_ref().map(|u| State::at(transformed.to_frames(u), &transformed.k));
+    if let Some(given) = given.filter(|given| !none_is_nearer(transformed, laws, &given.iterate)) {
+        return given;
+    }
+    let rigid = start_of_floating_bodies(problem, transformed, laws).map(|u| transformed.to_frames(&u));
+    // Floating bodies that lie in others move at once. Pressed together by loads alone they are found from zero as fast.
+    let overlaps = transformed.halo().any(laws.iter().any(|law| law.target[0] < 0.0));
+    let found = if transformed.floats() && rigid.is_none() && !overlaps {
+        None
+    } else {
+        coarse_start::start(transformed, laws, hierarchy, rigid.as_ref())
     };
-    match u {
+    match found.or(rigid) {
         Some(u) => State::at(u, &transformed.k),
         None => State::zero(transformed.f.len()),
     }
 }
 
-/// Whether displacements `u` leave far more out of balance than none do, as those of the step before one in which all loads vanish:
+/// Whether displacements leave far more out of balance than none do, as those of the step before one in which all loads vanish:
 /// from there contact forces fall together with the residual, which never gets small beside them.
-fn none_is_nearer(transformed: &Transformed, laws: &[PointLaw], u: &Vector) -> bool {
+fn none_is_nearer(transformed: &Transformed, laws: &[PointLaw], given: &Iterate) -> bool {
     let problem = Subproblem {
         transformed,
         laws,
@@ -300,13 +297,12 @@ fn none_is_nearer(transformed: &Transformed, laws: &[PointLaw], u: &Vector) -> b
         floating: None,
         tightening: None,
     };
-    let left = |ku: Vector, u: Vector| {
-        let mut at = Iterate { u, ku, ..Iterate::default() };
+    let left = |mut at: Iterate| {
         at.conditions = judged_by_law(&problem, &at);
         squares(&problem, &at)[0]
     };
-    let zero: Vector = vec![[0.0; 3]; u.len()];
-    let mut both = [left(zero.clone(), zero), left(transformed.k.times(u), u.clone())];
+    let zero = State::zero(given.u.len()).iterate;
+    let mut both = [left(zero), left(given.clone())];
     transformed.halo().sum(&mut both);
     both[0] < NEARER.powi(2) * both[1]
 }

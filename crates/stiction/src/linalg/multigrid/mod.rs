@@ -106,6 +106,9 @@ impl Threshold {
     /// Fewest nodes of a level for each rank that has some: parts of a few dozen nodes coarsen badly. Smaller levels are
     /// agglomerated, those with at most [`Self::COARSEST_LIMIT`] nodes on one rank. See docs/notes/2026-11-26-ranks.md.
     const NODES_PER_RANK: usize = 256;
+    /// Fewest entries of the finest matrix that the same bound takes the busiest of several ranks for having: some 0.3 ms, for which messages
+    /// are waited for anyway. 300 random cases on four ranks take 5,127, 4,850, 4,448 and 7,131 cycles with 0, 0.1, 0.3 and 1 million.
+    const WORK_OF_RANK: usize = 300_000;
     /// Most coarse levels.
     const LEVELS: usize = 12;
     /// The cycle index from the second coarse level on, where [`Self::VISIT_WORK`] allows it. The coarser spaces are made without
@@ -229,7 +232,11 @@ impl Hierarchy {
             truncation,
             absolute,
         };
-        hierarchy.cycle_index = affordable_cycle_index(&hierarchy.level_sizes(), hierarchy.coarse.len());
+        let mut sizes = hierarchy.busiest_sizes();
+        if a.halo.is_divided() {
+            sizes[0].1 = sizes[0].1.max(Threshold::WORK_OF_RANK);
+        }
+        hierarchy.cycle_index = affordable_cycle_index(&sizes, hierarchy.coarse.len());
         Ok(Some(hierarchy))
     }
 
@@ -246,21 +253,25 @@ impl Hierarchy {
 
     /// Nodes of each level, the finest first, and the entries stored in its matrix, of all ranks together.
     pub(crate) fn level_sizes(&self) -> Vec<(usize, usize)> {
-        fn of_level<const R: usize, const W: usize>(level: &Level<R, W>) -> (usize, usize) {
-            let mut sizes = [level.matrix.rows as f64, level.matrix.value.len() as f64];
-            level.halo.sum(&mut sizes);
-            (sizes[0] as usize, R * R * sizes[1] as usize)
+        self.sizes(Halo::sum)
+    }
+
+    /// The same of each level's busiest rank, and of the coarsest level as a whole.
+    fn busiest_sizes(&self) -> Vec<(usize, usize)> {
+        self.sizes(Halo::max)
+    }
+
+    fn sizes(&self, of_ranks: impl Fn(&Halo, &mut [f64])) -> Vec<(usize, usize)> {
+        fn here<const R: usize, const W: usize>(level: &Level<R, W>) -> (&Halo, [f64; 2]) {
+            (&level.halo, [level.matrix.rows as f64, (R * R * level.matrix.value.len()) as f64])
         }
-        let of_nodes = |level: &Level<3, 4>| of_level(level);
-        let linear = self.linear.as_ref().map(|linear| of_nodes(&linear.level));
-        let coarse = self.coarse.iter().map(of_level);
+        let levels = [here(&self.fine)].into_iter().chain(self.linear.as_ref().map(|linear| here(&linear.level)));
+        let sizes = levels.chain(self.coarse.iter().map(here)).map(|(halo, mut sizes)| {
+            of_ranks(halo, &mut sizes);
+            (sizes[0] as usize, sizes[1] as usize)
+        });
         let coarsest = self.coarsest_halo().total();
-        [of_nodes(&self.fine)]
-            .into_iter()
-            .chain(linear)
-            .chain(coarse)
-            .chain([(coarsest, 36 * coarsest * coarsest)])
-            .collect()
+        sizes.chain([(coarsest, 36 * coarsest * coarsest)]).collect()
     }
 
     /// One cycle for `A x = b` from zero; `b` is zero on constrained components. With Coulomb coupling the sweeps of the
@@ -374,16 +385,20 @@ impl Hierarchy {
     }
 }
 
-/// The first step of aggregation, which leaves a matrix that is small enough as it is.
+/// The first step of aggregation. A matrix of which ranks have too few nodes to make it coarser well goes to fewer ranks as it is, and so
+/// does one that is small enough for a coarsest level and does not get coarser.
 fn aggregated(
     a: &Blocks<3, 3>,
     halo: &Halo,
     kernel: &[Kernel<3>],
     contact_nodes: &[u32],
 ) -> Result<Option<Coarser<3>>, Error> {
+    let copy = || copied(a, halo, kernel, contact_nodes);
+    if halo.is_divided() && halo.total() < Threshold::NODES_PER_RANK * halo.ranks().size() {
+        return Ok(copy());
+    }
     let is_small = halo.total() <= Threshold::COARSEST_LIMIT;
-    let small = || is_small.then(|| copied(a, halo, kernel, contact_nodes)).flatten();
-    Ok(coarsen(a, halo, kernel, Threshold::STRONG, contact_nodes)?.or_else(small))
+    Ok(coarsen(a, halo, kernel, Threshold::STRONG, contact_nodes)?.or_else(|| is_small.then(copy).flatten()))
 }
 
 /// Agglomerates a coarse level that has too few nodes for each rank: groups of consecutive ranks, the larger the fewer nodes
@@ -400,7 +415,7 @@ fn agglomerated<const R: usize>(step: Coarser<R>) -> Coarser<R> {
 }
 
 /// The cycle index of each of the `levels` aggregated levels: [`Threshold::CYCLE_INDEX`] where all visits of the level stay
-/// within [`Threshold::VISIT_WORK`]; `sizes` is [`Hierarchy::level_sizes`].
+/// within [`Threshold::VISIT_WORK`]; `sizes` is [`Hierarchy::busiest_sizes`]: the other ranks wait for the busiest one.
 fn affordable_cycle_index(sizes: &[(usize, usize)], levels: usize) -> Vec<usize> {
     let budget = Threshold::VISIT_WORK * sizes[0].1 as f64;
     let mut visits = 1;

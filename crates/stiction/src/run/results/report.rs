@@ -181,7 +181,7 @@ pub(in crate::run) fn unheld_rows<'a>(
     if steps.len() == 0 {
         for body in answer {
             let remedy = "if it is to take forces, add a [[fix]] for it, or a load that presses it";
-            let what = "has no support, and no force acts on it: its place says nothing";
+            let what = "has no support, and nothing presses on it: its place says nothing";
             rows.add("warning", format!("body \"{body}\" {what}; {remedy}"));
         }
         return;

@@ -48,7 +48,9 @@ pub(crate) fn unheld_among(
     let ties = |j: usize| {
         problem.contact.friction[j] == Friction::Bonded && problem.contact.out.binary_search(&(j as u32)).is_err()
     };
-    let acts = |&j: &usize| ties(j) || [0, 1, 2].iter().any(|r| lambda[r * m + j].abs() > tolerance * largest[0]);
+    // Given friction acts on open points too, along the surface alone: a body is free to leave there.
+    let rows = |j: usize| if problem.contact.friction[j].tension() == 0.0 { 0..1 } else { 0..3 };
+    let acts = |&j: &usize| ties(j) || rows(j).any(|r| lambda[r * m + j].abs() > tolerance * largest[0]);
     for j in (0..m).filter(acts) {
         let row = |i: usize| problem.contact.B.row(i).0;
         let mut touched: Vec<usize> =
