@@ -6,10 +6,13 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use stiction::contact::ContactProblem;
-use stiction::io::case::Case;
+use stiction::friction::Status;
+use stiction::io::case::{self, Case};
 use stiction::io::pieces::read_pieces;
 use stiction::ranks::threads;
 use stiction::run::{Keep, RankedSummary, SUMS, check, prepare, solve_steps_on_ranks, write_on_ranks};
+
+use stiction_fixtures::random_case;
 
 use super::ranks::case_of;
 use super::ranks_bolts::joint;
@@ -346,4 +349,19 @@ fn steps_of_another_case_are_refused_and_damaged_ones_solved_again() {
     solved(&case, 2, &home, false);
     passes(&home);
     assert!(!home.join("step-0001-0003.npz").exists());
+}
+
+/// On four ranks the active sets of this mesh go round. Rank 0 finds all increments alone; all ranks judge and keep them, and others go on
+/// from them.
+#[test]
+fn load_steps_that_rank_0_solves_alone_are_kept() {
+    let text = random_case::text(738) + "[[step]]\nuntil = 1\nincrements = 3\n";
+    let (case, folder) = (case::parse(&text, "case.toml", &[]).unwrap(), folder("alone"));
+    let found = solved(&case, 4, &folder, false);
+    assert!(found.found_by_first && found.status == Status::Solved, "{found}");
+    assert_eq!(found.steps.iter().map(|step| step.t).collect::<Vec<_>>(), [1.0 / 3.0, 2.0 / 3.0, 1.0]);
+    passes(&folder);
+    let again = solved(&case, 2, &folder, true);
+    assert_eq!((again.status, &again.steps[..2]), (Status::Solved, &found.steps[..2]), "{again}");
+    passes(&folder);
 }

@@ -145,6 +145,19 @@ impl Kept {
         self.finished.take()
     }
 
+    /// Removes the increments: others from the beginning follow.
+    ///
+    /// # Errors
+    /// If a file cannot be removed, at every rank.
+    pub(super) fn begin_again(&mut self, ranks: &dyn Ranks) -> Result<(), Error> {
+        self.list.steps.clear();
+        let removed = match ranks.rank() {
+            0 => withdraw(&self.folder, &|_| true).and_then(|()| remove_steps(&self.folder)),
+            _ => Ok(()),
+        };
+        agree(ranks, removed)
+    }
+
     /// Keeps the last of `steps`: its displacements, multipliers and states are those of all that is here. One that was not solved
     /// is not put on the list. The next increment begins `at`.
     ///

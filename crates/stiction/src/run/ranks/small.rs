@@ -1,56 +1,80 @@
 //! What the ranks do not solve together rank 0 solves alone, as `stiction solve` does, where the whole is small enough for one of
-//! them: the factor, smaller meshes to start from and further starts are there. The ranks judge its answer.
+//! them: the factor, smaller meshes to start from and further starts are there. The ranks judge its answers, of all load steps, and
+//! keep them.
 
 use std::ops::ControlFlow;
 
 use super::gather::{AtPoints, WholeAnswer};
+use super::keep::Kept;
 use super::local::{Local, changes};
 use super::record::RankedStep;
 use super::solve::Everywhere;
 use super::steps::put_state;
 use super::tighten::Found;
+use super::timed::{is_brittle, note_where_it_stands};
 use crate::Error;
 use crate::certificate::certify_divided;
 use crate::friction::{Counts, Multigrid, Progress, Solution, Status};
 use crate::io::case::Case;
 use crate::linalg::Watch;
 use crate::ranks::{broadcast, put, take};
+use crate::run::pose::axis::Position;
 use crate::run::pose::loads::end;
-use crate::run::pose::prepare;
-use crate::run::solve::{Event, Outcome, Settings, solve, solve_steps};
+use crate::run::pose::{Prepared, prepare};
+use crate::run::solve::{Event, Outcome, Settings, Step, solve, solve_steps};
 use crate::solve::SolveEvent;
 
 /// Unknowns of the whole up to which one rank solves it: seconds, and some 100 MB.
 pub(super) const MOST_UNKNOWNS: usize = 20_000;
 
-/// Solves the case on rank 0. `None` if it finds nothing either, on every rank.
+/// What rank 0 has found: the answer of each increment, or the only one, and what is known of them.
+struct FoundAlone {
+    answers: Vec<WholeAnswer>,
+    /// Where the increment after each begins, as [`Position::write`] says it.
+    at: Vec<u64>,
+    steps: Vec<RankedStep>,
+    iterations: u64,
+}
+
+/// Solves the case on rank 0, from its beginning. `None` on every rank if it finds nothing either, or the ranks find that it does not pass.
+/// Increments that were kept make way for those that it finds.
 ///
 /// # Errors
-/// As [`put_state`].
+/// As [`put_state`] and [`Kept::add`].
 pub(super) fn by_first(
     case: &Case,
     local: &mut Local,
     multigrid: &mut Multigrid,
+    mut kept: Option<&mut Kept>,
     observer: &mut Watch<Progress>,
 ) -> Result<Option<(Found, Vec<RankedStep>)>, Error> {
-    // Its answer does not tell how far interfaces have yielded.
-    if case.contacts.iter().any(|contact| contact.stiffness.is_some()) {
+    // Its answers do not tell how far interfaces have yielded, nor what strength is left at the end of each increment.
+    let yields = case.contacts.iter().any(|contact| contact.stiffness.is_some());
+    if yields || kept.is_some() && is_brittle(case) {
         return Ok(None);
     }
     let ranks = std::sync::Arc::clone(&local.division.ranks);
     let message = if ranks.rank() == 0 { answer(case, observer).unwrap_or_default() } else { Vec::new() };
-    let message = broadcast(&*ranks, message);
-    let mut from = &message[..];
-    if from.is_empty() {
+    let Some(found) = FoundAlone::take(&broadcast(&*ranks, message)) else { return Ok(None) };
+    // All are judged before the first one is kept.
+    if kept.is_some() && found.each(case, (local, multigrid), &mut |_, _, _| Ok(()))?.is_none() {
         return Ok(None);
     }
-    let answer = WholeAnswer::take(&mut from);
-    let iterations: Vec<u64> = take(&mut from);
-    let Ok(steps) = serde_json::from_slice::<Vec<RankedStep>>(from) else { return Ok(None) };
-    taken(case, (local, multigrid), &answer, steps, iterations.iter().sum::<u64>() as usize)
+    if let Some(kept) = &mut kept {
+        kept.begin_again(&*ranks)?;
+    }
+    let mut keep = |local: &Local, at: &Found, k: usize| {
+        let Some(kept) = &mut kept else { return Ok(()) };
+        let Everywhere { free, lambda, states, .. } = &at.everywhere;
+        let next = std::array::from_fn(|c| found.at[4 * k + c] as usize);
+        let Some(next) = Position::read(next, &case.steps) else { return Ok(()) };
+        kept.add((local, case), (free, lambda, states), &found.steps[..=k], next)
+    };
+    let last = found.each(case, (local, multigrid), &mut keep)?;
+    Ok(last.map(|last| (last, found.steps)))
 }
 
-/// What a run on one machine finds, as a message: the answer, its iterations, its steps.
+/// What a run on one machine finds, as a message.
 fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Vec<u8>> {
     let mut prepared = prepare(case).ok()?;
     let settings = Settings::of(&case.solver);
@@ -58,21 +82,67 @@ fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Vec<u8>> {
         Event::Solver(SolveEvent::Iteration(progress)) => observer(progress),
         _ => ControlFlow::Continue(()),
     };
+    let (mut answers, mut at, mut travels) = (Vec::new(), Vec::new(), false);
     let outcome = if case.steps.is_empty() {
-        solve(&prepared, &settings, &mut watch)
+        solve(&prepared, &settings, &mut watch).inspect(|outcome| {
+            answers.push(WholeAnswer::of_outcome(&prepared, outcome));
+        })
     } else {
-        solve_steps(&mut prepared, &settings, None, &mut |_, _| Ok(()), &mut watch)
+        let mut each = |prepared: &Prepared, step: &Step| {
+            answers.push(WholeAnswer::of_outcome(prepared, step.outcome));
+            at.extend(step.file.position.map(|k| k as u64));
+            travels |= prepared.loading.travel != [0.0; 3];
+            Ok(())
+        };
+        solve_steps(&mut prepared, &settings, None, &mut each, &mut watch)
     };
     let outcome = outcome.ok()?;
-    match outcome.solution.status {
-        // Displacements there leave out what supports have in common; here they do not.
-        Status::Solved if prepared.loading.travel == [0.0; 3] => {}
-        _ => return None,
+    // Displacements there leave out what supports have in common; here they do not.
+    if outcome.solution.status != Status::Solved || travels || prepared.loading.travel != [0.0; 3] {
+        return None;
     }
-    let mut message = WholeAnswer::of_outcome(&prepared, &outcome).to_bytes();
-    put(&[iterations(&outcome) as u64], &mut message);
+    let mut message = Vec::new();
+    put(&[iterations(&outcome) as u64, answers.len() as u64], &mut message);
+    put(&at, &mut message);
+    answers.iter().for_each(|answer| message.extend(answer.to_bytes()));
     message.extend(serde_json::to_vec(&steps(&outcome)).ok()?);
     Some(message)
+}
+
+impl FoundAlone {
+    /// From a message; an empty one is none.
+    fn take(mut from: &[u8]) -> Option<Self> {
+        if from.is_empty() {
+            return None;
+        }
+        let numbers: Vec<u64> = take(&mut from);
+        let at = take(&mut from);
+        let [iterations, count] = numbers[..] else { return None };
+        let answers = (0..count).map(|_| WholeAnswer::take(&mut from)).collect();
+        Some(FoundAlone { answers, at, steps: serde_json::from_slice(from).ok()?, iterations })
+    }
+
+    /// Each answer in its turn, judged by all ranks and given to `each` with its number; the last one. `None` where one does not pass.
+    ///
+    /// # Errors
+    /// As [`put_state`]; those of `each`.
+    fn each(
+        &self,
+        case: &Case,
+        (local, multigrid): (&mut Local, &mut Multigrid),
+        each: &mut dyn FnMut(&Local, &Found, usize) -> Result<(), Error>,
+    ) -> Result<Option<Found>, Error> {
+        let mut last = None;
+        for (k, answer) in self.answers.iter().enumerate() {
+            let t = self.steps.get(k).map_or(end(case), |step| step.t);
+            let taken = taken(case, (local, multigrid), answer, t, self.iterations as usize)?;
+            let Some(found) = taken.filter(|found| found.solution.status == Status::Solved) else { return Ok(None) };
+            note_where_it_stands(local, &found.everywhere.free, t);
+            each(local, &found, k)?;
+            last = Some(found);
+        }
+        Ok(last)
+    }
 }
 
 /// Iterations or cycles of an answer.
@@ -99,7 +169,7 @@ fn steps(outcome: &Outcome) -> Vec<RankedStep> {
     steps.collect()
 }
 
-/// What of the answer is here, judged by all ranks.
+/// What of an answer at time `t` is here, judged by all ranks. `None` if points here are not known to it.
 ///
 /// # Errors
 /// As [`put_state`].
@@ -107,16 +177,15 @@ pub(super) fn taken(
     case: &Case,
     (local, multigrid): (&mut Local, &mut Multigrid),
     answer: &WholeAnswer,
-    steps: Vec<RankedStep>,
+    t: f64,
     iterations: usize,
-) -> Result<Option<(Found, Vec<RankedStep>)>, Error> {
+) -> Result<Option<Found>, Error> {
     let m = local.problem.points();
     let at_points = answer.at_points_of(local).filter(|_| answer.u.len() as u64 == local.sizes[0]);
     let mut missing = [f64::from(u8::from(at_points.is_none()))];
     crate::ranks::max(&*local.division.ranks, &mut missing);
     let Some(mut at_points) = at_points.filter(|_| missing[0] == 0.0) else { return Ok(None) };
     if changes(case) || !local.bolts.is_empty() {
-        let t = steps.last().map_or(end(case), |step| step.t);
         put_state(local, case, t, &vec![0.0; 2 * m], &answer.shortening)?;
         at_points.put_into(&mut local.problem.contact);
         let _ = multigrid.renewed(&local.problem);
@@ -139,8 +208,6 @@ pub(super) fn taken(
         counts: Counts { cycles: iterations, ..Counts::default() },
         history: Vec::new(),
     };
-    Ok(Some((
-        Found { solution, everywhere: Everywhere { free, u, lambda, states }, shortening: answer.shortening.clone() },
-        steps,
-    )))
+    let everywhere = Everywhere { free, u, lambda, states };
+    Ok(Some(Found { solution, everywhere, shortening: answer.shortening.clone() }))
 }

@@ -209,15 +209,15 @@ impl Begun {
             keep.filter(|_| !case.steps.is_empty()).map(|keep| Kept::begin(keep, case, &local)).transpose()?;
         let mut by_first = None;
         if let Some(Start::Answer(answer, iterations)) = &start {
-            by_first = small::taken(case, (&mut local, &mut multigrid), answer, Vec::new(), *iterations)?;
+            by_first = small::taken(case, (&mut local, &mut multigrid), answer, end(case), *iterations)?;
         }
         let mut alone = by_first.is_some();
         let looks = !alone && look.is_none();
         let mut statics = if looks { Statics::new(case, &local, &multigrid) } else { Statics::none() };
         let (mut found, mut steps, mut remarks) = match by_first {
-            Some((mut found, steps)) => {
+            Some(mut found) => {
                 let remarks = look_at(case, (&local, multigrid.motions()), &mut None, &mut found, end(case))?;
-                (found, steps, remarks)
+                (found, Vec::new(), remarks)
             }
             None => {
                 let start = start.map(|start| start.displacements(&local)).or(nested);
@@ -226,12 +226,10 @@ impl Begun {
             }
         };
         let unsolved = matches!(found.solution.status, Status::Stalled | Status::MaxIterations);
-        // Each increment that is kept has files of all ranks, and rank 0 hands the last one out alone.
         if unsolved
             && looks
-            && kept.is_none()
             && unknowns(&local) <= small::MOST_UNKNOWNS
-            && let Some((other, of_other)) = small::by_first(case, &mut local, &mut multigrid, observer)?
+            && let Some((other, of_other)) = small::by_first(case, &mut local, &mut multigrid, kept.as_mut(), observer)?
         {
             let before = found.solution.counts.cycles;
             (found, steps, alone) = (other, of_other, true);
