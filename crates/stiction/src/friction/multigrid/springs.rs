@@ -41,8 +41,9 @@ impl Threshold {
 /// The overlap of the springs times the parameter of the law is ten times their force. Taken from there at once, normal forces swing and
 /// sweep points along by their friction: 11 of 72 plates with friction of 0.3 and 0.8 are not solved in 1 000 cycles, 8 take more
 /// than 200. So the springs keep their forces and are measured anew from where they give these without overlap (the method of
-/// multipliers; Hestenes 1969, Powell 1969), until the law is nearly met: a plate that bends under forces which hardly change follows at
-/// once, and one round leaves a tenth of the overlap. Nothing of the springs is left in the answer: from their displacements the active-set iteration solves the law itself.
+/// multipliers; Hestenes 1969, Powell 1969), until the law is nearly met: a plate that bends under forces which hardly change
+/// follows at once, and one round leaves a tenth of the overlap. Nothing of the springs is left in the answer: from their
+/// displacements the active-set iteration solves the law itself.
 pub(super) fn by_springs(
     problem: &Subproblem<'_>,
     hierarchy: &mut Hierarchy,

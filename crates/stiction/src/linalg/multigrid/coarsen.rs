@@ -86,8 +86,8 @@ pub(super) fn coarsen<const R: usize>(
     }))
 }
 
-/// A coarse level with the displacements of the fine one, for a matrix that is not to be made coarser by the ranks that have it: each node is
-/// an aggregate of its own, with idle unknowns that fill it up to six.
+/// A coarse level with the displacements of the fine one, for a matrix that is not to be made coarser by the ranks that have it:
+/// each node is an aggregate of its own, with idle unknowns that fill it up to six.
 pub(super) fn copied<const R: usize>(
     a: &Blocks<R, R>,
     halo: &Halo,

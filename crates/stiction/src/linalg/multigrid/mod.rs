@@ -104,11 +104,9 @@ impl Threshold {
     /// hierarchy is refused.
     const COARSEST_LIMIT: usize = 300;
     /// Fewest nodes of a level for each rank that has some: parts of a few dozen nodes coarsen badly. Smaller levels are
-    /// agglomerated, those with at most [`Self::COARSEST_LIMIT`] nodes on one rank. See docs/notes/2026-11-26-ranks.md.
+    /// agglomerated, those with at most [`Self::COARSEST_LIMIT`] nodes on one rank; a finest one is copied first. See
+    /// docs/notes/2026-11-26-ranks.md.
     const NODES_PER_RANK: usize = 256;
-    /// Fewest entries of the finest matrix that the same bound takes the busiest of several ranks for having: some 0.3 ms, for which messages
-    /// are waited for anyway. 300 random cases on four ranks take 5,127, 4,850, 4,448 and 7,131 cycles with 0, 0.1, 0.3 and 1 million.
-    const WORK_OF_RANK: usize = 300_000;
     /// Most coarse levels.
     const LEVELS: usize = 12;
     /// The cycle index from the second coarse level on, where [`Self::VISIT_WORK`] allows it. The coarser spaces are made without
@@ -116,11 +114,15 @@ impl Threshold {
     /// brick of tetrahedra, 28 cells across, rises from 0.19 to 0.28 with a face in contact, and from 0.30 to 0.41 with Coulomb
     /// coupling.
     const CYCLE_INDEX: usize = 3;
-    /// Bound on the matrix entries read in all visits of a coarse level together, over the entries of the finest matrix. Cells
+    /// Bound on the matrix entries that the busiest rank reads in all visits of a coarse level together, over the most that a rank has
+    /// of the finest matrix. Cells
     /// flat along one side coarsen along lines only, and a constant cycle index would cost more on every coarser level. On blocks
     /// whose cells are stretched a thousand times, a quarter of the finest matrix takes 10 % more cycles at the same cost, and
     /// twice the finest matrix 15 % fewer at a higher one.
     const VISIT_WORK: f64 = 1.0;
+    /// Fewest entries of the finest matrix that this bound takes the busiest of several ranks to have: some 0.3 ms, for which messages
+    /// are waited for anyway. 300 random cases on four ranks take 5,127, 4,850, 4,448 and 7,131 cycles with 0, 0.1, 0.3 and 1 million.
+    const WORK_OF_RANK: usize = 300_000;
 }
 
 impl Hierarchy {

@@ -5,8 +5,8 @@ use crate::contact::{Bodies, ContactProblem, Friction};
 use crate::friction::{Solution, Status};
 use crate::run::pose::Prepared;
 
-/// The bodies of an answer whose places nothing decides: contact alone could hold them, and no contact force leads from them to a
-/// body that is held or to an obstacle; what is below the tolerance of the certificate, of the largest force, is none. Empty where
+/// The bodies of an answer whose places nothing decides: contact alone could hold them, and no pressure, pull or tie leads from
+/// them to a body that is held or to an obstacle; a force below the tolerance of the certificate, of the largest, is none. Empty where
 /// nothing is solved, and where there is one body.
 pub(crate) fn unheld(prepared: &Prepared, solution: &Solution) -> Vec<String> {
     unheld_among(&prepared.problem, &prepared.motions, (solution, &solution.lambda), &|_| {})
