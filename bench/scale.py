@@ -75,12 +75,13 @@ def levels_of(unknowns, shape):
 
 
 def visits_of(levels, ranks):
-    """How often a cycle visits each level: as `affordable_cycle_index` has it, by what the busiest rank has of each level."""
+    """How often a cycle visits each level: as `affordable_cycle_index` has it, by what the busiest rank has of each
+    level. No rank here has so few entries that the rule counts more (`WORK_OF_RANK`)."""
     on = holders_of(levels, ranks)
     visits, all_visits, budget = 1, [1, 1], levels[0][1] / ranks
     for k in range(1, len(levels) - 1):
         coarsest = levels[-1][1] if k + 2 == len(levels) else 0
-        index = min(max(int(budget / (visits * (levels[k + 1][1] / on[k + 1] + coarsest))), 1), INDEX) if k + 1 < len(levels) else 1
+        index = min(max(int(budget / (visits * (levels[k + 1][1] / on[k + 1] + coarsest))), 1), INDEX)
         visits *= index
         all_visits.append(visits)
     return all_visits[: len(levels)]
