@@ -4,7 +4,11 @@
 //! What [`block`](super::block()) and [`ring`](super::ring()) make as a whole has the same numbers. There everything follows from the
 //! cells alone, as in files; a rank that holds a thousandth of a mesh cannot ask that of them.
 
+mod window;
+
 use rayon::prelude::*;
+
+pub(crate) use window::around;
 
 use super::block::{SIDE_NAMES, axis, corners, parts, shape_error};
 use super::ring::{SIDES, ring_error};
@@ -147,9 +151,14 @@ impl Grid {
 
     /// The number of the node in the middle of the edge between two corners, the first of which has the lower number.
     fn middle(&self, low: [u64; 3], step: Step) -> u64 {
-        let row = low[1] + (self.cells[1] + 1) * low[2];
         let place = self.edges_at(low).iter().position(|s| *s == step).unwrap_or_default() as u64;
-        self.corner_count() + self.edges_before[row as usize] + self.edges_in_row(low) + place
+        self.first_middle(low) + place
+    }
+
+    /// The number of the first one from a corner.
+    fn first_middle(&self, at: [u64; 3]) -> u64 {
+        let row = at[1] + (self.cells[1] + 1) * at[2];
+        self.corner_count() + self.edges_before[row as usize] + self.edges_in_row(at)
     }
 
     /// The corners that a node lies between: twice the same if it is one.
@@ -330,19 +339,6 @@ impl Grids {
         (k, [[0, 1, 2].map(|c| a[c].min(b[c])), [0, 1, 2].map(|c| a[c].max(b[c]))])
     }
 
-    /// The cells at these corners, and at the nodes between them.
-    pub fn cells_at(&self, k: usize, [low, high]: CornerBox) -> impl Iterator<Item = u64> {
-        let (grid, first) = (&self.list[k].1, self.before[1][k]);
-        let range = |c: usize| low[c].saturating_sub(1)..(high[c] + 1).min(grid.cells[c]);
-        let ([x, y, _], parts) = (grid.cells, parts(grid.element) as u64);
-        let (rows, along) = ([range(2), range(1)], range(0));
-        let rows = rows[0].clone().flat_map(move |k| rows[1].clone().map(move |j| j + y * k));
-        rows.flat_map(move |row| {
-            let [begin, end] = [along.start, along.end].map(|i| first + parts * (i + x * row));
-            begin..end
-        })
-    }
-
     /// Appends the nodes of a cell, in the order of its kind.
     pub fn cell_nodes(&self, number: u64, nodes: &mut Vec<u64>) {
         let k = self.of_cell(number);
@@ -377,8 +373,6 @@ impl Grids {
 
     /// The mesh of some cells, which ascend, without faces and groups.
     pub fn mesh(&self, cells: Vec<u64>) -> GridMesh {
-        // The places of all nodes are their numbers.
-        let all = cells.len() as u64 == self.sizes()[1];
         let of_grid = |k: usize| {
             let place = |number: u64| cells.partition_point(|&cell| cell < number);
             &cells[place(self.before[1][k])..place(self.before[1][k + 1])]
@@ -387,9 +381,6 @@ impl Grids {
         let chunk = |k: usize, some: &[u64]| {
             let mut nodes = Vec::with_capacity(self.list[k].1.element.kind().nodes() * some.len());
             some.iter().for_each(|&cell| self.cell_nodes(cell, &mut nodes));
-            if all {
-                return (nodes.into_iter().map(|node| node as u32).collect(), Vec::new());
-            }
             let own = ascending(nodes.iter().copied());
             let place = |node: &u64| own.partition_point(|other| other < node) as u32;
             (nodes.iter().map(place).collect::<Vec<u32>>(), own)
@@ -397,15 +388,11 @@ impl Grids {
         let chunks = |k: usize| of_grid(k).par_chunks(CHUNK).map(|some| chunk(k, some)).collect::<Vec<_>>();
         let chunks: Vec<Vec<Chunk>> = (0..self.len()).map(chunks).collect();
         let mut nodes: Vec<u64> = chunks.iter().flatten().flat_map(|(_, own)| own.iter().copied()).collect();
-        if all {
-            nodes = (0..self.sizes()[0]).collect();
-        }
         nodes.par_sort_unstable();
         nodes.dedup();
         let local = |(places, own): &Chunk| {
             let own: Vec<u32> = own.iter().map(|number| nodes.partition_point(|node| node < number) as u32).collect();
-            let place = |&place: &u32| if all { place } else { own[place as usize] };
-            places.iter().map(place).collect::<Vec<u32>>()
+            places.iter().map(|&place| own[place as usize]).collect::<Vec<u32>>()
         };
         let block = |(k, chunks): (usize, &Vec<Chunk>)| Cells {
             kind: self.list[k].1.element.kind(),
@@ -518,9 +505,9 @@ mod tests {
         }
     }
 
-    /// By the definition of both: cells with a node on the boundary, and cells that have a node.
+    /// By their definition: cells with a node on the boundary.
     #[test]
-    fn the_cells_at_nodes_and_at_the_boundary_are_found() {
+    fn the_cells_at_the_boundary_are_found() {
         for element in ELEMENTS {
             let of_block = Block { size: [1.0; 3], cells: [5, 4, 6], origin: [0.0; 3], grading: [1.0; 3], element };
             let mesh = block(&of_block).unwrap();
@@ -532,10 +519,6 @@ mod tests {
             for (cell, (_, nodes)) in mesh.cell_iter().enumerate() {
                 let at_boundary = nodes.iter().any(|&v| outer[v as usize]);
                 assert!(!at_boundary || found.binary_search(&(cell as u64)).is_ok());
-                for &v in nodes {
-                    let (k, corners) = grids.corners_of(u64::from(v));
-                    assert!(grids.cells_at(k, corners).any(|other| other == cell as u64));
-                }
             }
         }
     }

@@ -44,6 +44,7 @@ pub use components::bodies;
 pub use cut::{Order, cut, tetrahedra};
 pub use cuts::{Cuts, WeightedNode};
 pub use divide::{MeshPiece, pieces};
+pub(crate) use grid::around;
 pub use grid::{CornerBox, Grid, GridMesh, Grids};
 pub use info::{CellInfo, GroupInfo, MeshInfo, info};
 pub(crate) use info::{CellShape, info_with};

@@ -3,14 +3,12 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::parts::{Owners, Part, PartNode, Parts};
 use super::share::Whole;
 use crate::Error;
 use crate::io::case::{Case, MeshSource, MeshSpec};
 use crate::mesh::v3::V3;
-use crate::mesh::{CornerBox, Grid, GridMesh, Grids, MeshNotes, MeshPiece, Turn};
+use crate::mesh::{CornerBox, Grid, GridMesh, Grids, MeshNotes, MeshPiece, Turn, around};
 use crate::ranks::{Ranks, from_bytes, gather_all, to_bytes};
 use crate::run::pose::MemoryLimit;
 use crate::run::pose::memory::{of_block, posing_fits};
@@ -58,15 +56,21 @@ impl Made {
     /// Where in the grids the nodes of this rank are: all ranks tell it of those that they divide.
     fn boxes(&self, owners: &Owners, ranks: &dyn Ranks) -> Vec<(usize, CornerBox)> {
         let mut boxes: HashMap<[u64; 2], CornerBox> = HashMap::new();
-        let around = |a: CornerBox, b: CornerBox| {
-            [[0, 1, 2].map(|c| a[0][c].min(b[0][c])), [0, 1, 2].map(|c| a[1][c].max(b[1][c]))]
+        let mut add = |key: [u64; 2], corners| {
+            boxes.entry(key).and_modify(|found| *found = around(*found, corners)).or_insert(corners);
         };
+        // Nodes that follow one another mostly are of one part: the map is asked where they change.
+        let mut last: Option<([u64; 2], CornerBox)> = None;
         // The cells at those that go where others do come with the boundary.
         for number in self.numbers.clone().filter(|&number| !owners.follows(number)) {
             let (grid, corners) = self.grids.corners_of(number);
             let key = [u64::from(owners.of(number, || self.grids.place(number))), grid as u64];
-            boxes.entry(key).and_modify(|found| *found = around(*found, corners)).or_insert(corners);
+            match &mut last {
+                Some((other, found)) if *other == key => *found = around(*found, corners),
+                _ => last.replace((key, corners)).into_iter().for_each(|(key, corners)| add(key, corners)),
+            }
         }
+        last.into_iter().for_each(|(key, corners)| add(key, corners));
         let mut list: Vec<[u64; 8]> =
             boxes.iter().map(|([part, grid], [[a, b, c], [x, y, z]])| [*part, *grid, *a, *b, *c, *x, *y, *z]).collect();
         list.sort_unstable();
@@ -86,9 +90,6 @@ impl Made {
         own
     }
 }
-
-/// Cells that a thread looks through at a time.
-const CHUNK: usize = 1 << 13;
 
 impl Parts for Made {
     fn sizes(&self) -> [u64; 2] {
@@ -126,30 +127,10 @@ impl Parts for Made {
     }
 
     fn part(&self, beside: &MeshPiece, owners: &Owners, ranks: &dyn Ranks) -> Part {
-        let (grids, own) = (&self.grids, ranks.rank() as u32);
-        let owner = |number: u64| owners.of(number, || grids.place(number));
-        let has_own = |&cell: &u64| {
-            let mut nodes = Vec::with_capacity(20);
-            grids.cell_nodes(cell, &mut nodes);
-            nodes.into_iter().any(|node| owner(node) == own)
-        };
-        let mut cells: Vec<u64>;
-        if ranks.size() == 1 {
-            // All of them: to look through them and to put them in order takes as long as to make them.
-            cells = (0..grids.sizes()[1]).collect();
-        } else {
-            cells = beside.cells.clone();
-            for (grid, corners) in self.boxes(owners, ranks) {
-                let near: Vec<u64> = grids.cells_at(grid, corners).collect();
-                let found: Vec<Vec<u64>> =
-                    near.par_chunks(CHUNK).map(|some| some.iter().copied().filter(has_own).collect()).collect();
-                cells.extend(found.into_iter().flatten());
-            }
-            cells.par_sort_unstable();
-            cells.dedup();
-        }
-        let GridMesh { mesh, nodes, cells } = grids.mesh(cells);
-        let owner = nodes.par_iter().map(|&node| owner(node)).collect();
+        let grids = &self.grids;
+        let owner_of = |number: u64| owners.of(number, || grids.place(number));
+        let (boxes, own) = (self.boxes(owners, ranks), ranks.rank() as u32);
+        let (GridMesh { mesh, nodes, cells }, owner) = grids.part(&boxes, &beside.cells, own, owner_of);
         let kinds: Vec<u32> = nodes.iter().map(|&node| grids.of_node(node) as u32).collect();
         Part {
             classes: cells.iter().map(|&cell| grids.of_cell(cell) as u32).collect(),
