@@ -4,8 +4,9 @@
 
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use super::folder;
 use super::replace::replace;
 use super::text::escaped;
 use super::vtu::{Array, Data};
@@ -33,6 +34,7 @@ pub fn write_pieces(
                 Data::F64(_) => "Float64",
                 Data::F32(_) => "Float32",
                 Data::I32(_) => "Int32",
+                Data::U64(_) => "Int64",
             };
             let (name, components) = (escaped(array.name), array.components);
             let _ = write!(xml, "<PDataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\"");
@@ -49,4 +51,15 @@ pub fn write_pieces(
     }
     xml += "</PUnstructuredGrid>\n</VTKFile>\n";
     replace(path, |file| file.write_all(xml.as_bytes()))
+}
+
+/// The pieces that [`write_pieces`] named, beside the file.
+///
+/// # Errors
+/// If the file cannot be read.
+pub fn named_pieces(path: &Path) -> Result<Vec<PathBuf>, Error> {
+    let text = folder::read_text(path)?;
+    let names = text.split("<Piece Source=\"").skip(1).filter_map(|rest| rest.split_once('"').map(|(name, _)| name));
+    // A name is one of a file in the folder, whatever the file says.
+    Ok(names.filter(|name| !name.contains(['/', '\\', '&'])).map(|name| path.with_file_name(name)).collect())
 }

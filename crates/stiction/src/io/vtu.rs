@@ -108,6 +108,8 @@ pub enum Data<'a> {
     F32(&'a [f32]),
     /// Whole numbers.
     I32(&'a [i32]),
+    /// Numbers of what there may be more of than 32 bits count; stored with a sign, as VTK's own are.
+    U64(&'a [u64]),
 }
 
 impl Data<'_> {
@@ -116,6 +118,7 @@ impl Data<'_> {
             Data::F64(v) => v.len(),
             Data::F32(v) => v.len(),
             Data::I32(v) => v.len(),
+            Data::U64(v) => v.len(),
         }
     }
 }
@@ -147,6 +150,11 @@ impl<'a> Array<'a> {
     /// One integer a point or cell.
     pub fn integer(name: &'a str, values: &'a [i32]) -> Self {
         Array { name, components: 1, component_names: &[], data: Data::I32(values) }
+    }
+
+    /// The number of something, a point or cell.
+    pub fn number(name: &'a str, values: &'a [u64]) -> Self {
+        Array { name, components: 1, component_names: &[], data: Data::U64(values) }
     }
 
     /// A vector a point or cell.
@@ -340,6 +348,7 @@ fn encoded(array: &Array) -> Encoded {
         Data::F64(values) => Encoded::new("Float64", &attributes, array.name, values, true),
         Data::F32(values) => Encoded::new("Float32", &attributes, array.name, values, true),
         Data::I32(values) => Encoded::new("Int32", &attributes, array.name, values, true),
+        Data::U64(values) => Encoded::new("Int64", &attributes, array.name, values, true),
     }
 }
 

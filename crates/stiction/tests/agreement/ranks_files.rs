@@ -12,6 +12,8 @@ use stiction::io::pieces::read_pieces;
 use stiction::ranks::threads;
 use stiction::run::{Keep, RankedSummary, SUMS, check, prepare, solve_steps_on_ranks, write_on_ranks};
 
+#[cfg(feature = "report")]
+use serde_json::Value;
 use stiction_fixtures::random_case;
 
 use super::ranks::case_of;
@@ -219,11 +221,6 @@ fn a_folder_of_one_machine_becomes_one_of_ranks() {
     passes(&home);
     let stays = |name: &&str| home.join(name).exists();
     assert!(!listed[..4].iter().any(stays) && ["case.toml", "mine.png"].iter().all(stays));
-    #[cfg(feature = "report")]
-    {
-        let said = stiction::run::write_report(&home).unwrap_err().to_string();
-        assert!(said.contains("several ranks") && said.contains("result.pvtu"), "{said}");
-    }
 }
 
 /// Load steps on ranks as [`solved`] writes them, up to the increment in which the run is killed.
@@ -364,4 +361,57 @@ fn load_steps_that_rank_0_solves_alone_are_kept() {
     let again = solved(&case, 2, &folder, true);
     assert_eq!((again.status, &again.steps[..2]), (Status::Solved, &found.steps[..2]), "{again}");
     passes(&folder);
+}
+
+/// The view of a report, as the page holds it.
+#[cfg(feature = "report")]
+fn view_of(folder: &Path) -> Value {
+    stiction::run::write_report(folder).unwrap_or_else(|error| panic!("{error}"));
+    let page = fs::read_to_string(folder.join(stiction::run::REPORT)).unwrap();
+    assert!(page.contains("Solved and certified.") && !page.contains(">NaN"));
+    let (_, rest) = page.split_once("id=\"view-data\">").unwrap();
+    serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
+}
+
+/// The pieces of ranks join to the whole that one rank has as one piece: tetrahedra beside hexahedra, two bodies, load steps.
+#[cfg(feature = "report")]
+#[test]
+fn the_report_of_several_ranks_shows_what_that_of_one_does() {
+    for (name, text) in [("tet4", blocks("tet4")), ("steps", stepped())] {
+        let case = case_of(&text, "1e-10");
+        let of = |size: usize| {
+            let folder = folder(&format!("report-{name}-{size}"));
+            solved(&case, size, &folder, false);
+            let view = view_of(&folder);
+            passes(&folder);
+            if size > 1 {
+                // Without a piece there is no whole.
+                fs::remove_file(folder.join("result-0001.vtu")).unwrap();
+                assert!(stiction::run::write_report(&folder).is_err());
+            }
+            view
+        };
+        let (one, three) = (of(1), of(3));
+        // Their orders differ, not what there is.
+        for key in ["firstContactFace", "low", "high", "fields"] {
+            assert_eq!(one[key], three[key], "{key}");
+        }
+        let length = |view: &Value| view["faces"].as_str().map_or(0, str::len);
+        assert!(length(&one) > 1000 && length(&three) == length(&one));
+        let frame = |view: &Value| view["frames"][0].clone();
+        let (one, three) = (frame(&one), frame(&three));
+        let same = |a: &Value, b: &Value, of: f64| {
+            // Displacements are some 1e-5; the gap of what all touches is rounding.
+            assert!((a.as_f64().unwrap() - b.as_f64().unwrap()).abs() <= 1e-6 * of + 1e-15, "{a} {b}");
+        };
+        same(&one["largest"], &three["largest"], one["largest"].as_f64().unwrap());
+        let (fields, others) = (one["values"].as_array().unwrap(), three["values"].as_array().unwrap());
+        assert_eq!([fields.len(), others.len()], [6, 6]);
+        // Stress and pressure; where all touches, gaps are rounding.
+        assert!(fields[..2].iter().all(|field| field["high"].as_f64().unwrap() > 1e5));
+        for (a, b) in fields.iter().zip(others) {
+            let high = a["high"].as_f64().unwrap();
+            ["low", "high"].iter().for_each(|end| same(&a[end], &b[end], high));
+        }
+    }
 }

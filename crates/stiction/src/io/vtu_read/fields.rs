@@ -6,9 +6,10 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::document::{Array, Document, Format, Section, document};
+use super::types::{Role, role};
 use crate::Error;
 use crate::io::fits;
-use crate::mesh::Mesh;
+use crate::mesh::{CellKind, Mesh};
 
 /// Named arrays of a grid as numbers.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -39,7 +40,8 @@ pub struct Polygons {
     pub faces: Vec<Vec<u32>>,
 }
 
-/// The mesh of volume cells in the file at `path`, and the arrays asked for. Points keep their numbers.
+/// The mesh of volume cells in the file at `path`, and the arrays asked for. Points keep their numbers; cells, and what arrays say of
+/// them, are sorted by kind.
 ///
 /// # Errors
 /// If the file cannot be read, or is no grid whose points all belong to cells.
@@ -52,7 +54,28 @@ pub fn read_body(path: &Path, wanted: &[(Over, &str)]) -> Result<(Mesh, Fields),
         let what = "some of its points belong to no cell";
         return Err(place(Error::new("", what, "this is no result; solve the case again")));
     }
-    Ok((mesh, fields(&document, wanted).map_err(place)?))
+    let mut fields = fields(&document, wanted).map_err(place)?;
+    sort_by_kind(&document, wanted, &mut fields).map_err(place)?;
+    Ok((mesh, fields))
+}
+
+/// Puts arrays over cells in the order in which the mesh has the cells.
+fn sort_by_kind(document: &Document, wanted: &[(Over, &str)], fields: &mut Fields) -> Result<(), Error> {
+    let codes = document
+        .integers(document.needed(Section::Cells, "types")?, document.cells, |n| u8::try_from(n).unwrap_or(u8::MAX))?;
+    let kind = |code: u8| {
+        let is = |kind: &CellKind| matches!(role(code, kind.nodes()), Role::Cell(found, _) if found == *kind);
+        CellKind::ALL.iter().position(is)
+    };
+    let mut order: Vec<u32> = (0..codes.len() as u32).collect();
+    order.sort_by_key(|&cell| kind(codes[cell as usize]));
+    let of_cells = wanted.iter().zip(&mut fields.arrays).filter(|((over, _), _)| *over == Over::Cells);
+    for values in of_cells.filter_map(|(_, array)| array.as_mut()) {
+        let width = values.len() / codes.len().max(1);
+        let sorted = order.iter().flat_map(|&cell| &values[cell as usize * width..][..width]);
+        *values = sorted.copied().collect();
+    }
+    Ok(())
 }
 
 /// The arrays asked for alone.

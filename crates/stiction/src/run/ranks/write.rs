@@ -172,6 +172,8 @@ const OF_ONE_MACHINE: [&str; 6] =
 /// A piece of a file: cells and fields.
 struct GridFields {
     points: Vec<V3>,
+    /// The number of each in the whole.
+    numbers: Vec<u64>,
     cells: Vec<(u8, Vec<u32>)>,
     vectors: Vec<(&'static str, Vec<V3>)>,
     scalars: Vec<(&'static str, Vec<f64>)>,
@@ -203,7 +205,7 @@ impl GridFields {
         let vectors = self.vectors.iter().map(|(name, values)| Array::vector(name, values));
         let scalars = self.scalars.iter().map(|(name, values)| Array::scalar(name, values));
         let integers = self.integers.iter().map(|(name, values)| Array::integer(name, values));
-        vectors.chain(scalars).chain(integers).collect()
+        vectors.chain(scalars).chain(integers).chain([Array::number("node", &self.numbers)]).collect()
     }
 
     fn cell_arrays(&self) -> Vec<Array<'_>> {
@@ -245,6 +247,7 @@ fn body(answer: &RankedAnswer, rank: usize) -> GridFields {
     let (nodes, cells) = compact(&lists, mesh.nodes.len());
     GridFields {
         points: nodes.iter().map(|&v| mesh.nodes[v as usize]).collect(),
+        numbers: nodes.iter().map(|&v| piece.nodes[v as usize]).collect(),
         cells,
         vectors: vec![("displacement", nodes.iter().map(|&v| answer.u[v as usize]).collect())],
         scalars: Vec::new(),
@@ -289,6 +292,7 @@ fn surface(answer: &RankedAnswer) -> GridFields {
     }
     GridFields {
         points: nodes.iter().map(|&v| mesh.nodes[v as usize]).collect(),
+        numbers: nodes.iter().map(|&v| piece.nodes[v as usize]).collect(),
         cells,
         vectors: vec![("shear", shear), ("slip", slip), ("lambda", force)],
         scalars: vec![("pressure", pressure), ("gap", gap)],

@@ -1,14 +1,14 @@
 //! The interactive view of a result folder, from its files.
 
 use std::collections::{HashMap, HashSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::html::{Field, Frame, View, thin};
 use super::summary::Summary;
 use crate::Error;
 use crate::io::units::Units;
 use crate::io::vtu_read::{Fields, Over, Polygons, read_body, read_fields, read_polygons};
-use crate::mesh::{CellKind, Mesh};
+use crate::mesh::{CellKind, Mesh, RawCells, RawMesh, build};
 
 /// Most faces of the view: what a browser on a small machine still turns smoothly, some 5 MB of the page.
 const MOST_FACES: usize = 150_000;
@@ -56,16 +56,7 @@ pub(crate) fn view(folder: &Path, mesh: Option<&Mesh>, summary: &Summary, units:
         true => read_polygons(&name("contact", last), &ON_CONTACT)?,
         false => Default::default(),
     };
-    let (mut view, mut vertices) = geometry(mesh, &polygons, &last_contact)?;
-    let before = view.faces.len();
-    if let Some(kept) = thin(&mut view, MOST_FACES) {
-        vertices.node = kept.iter().map(|&v| vertices.node[v as usize]).collect();
-        vertices.contact = kept.iter().map(|&v| vertices.contact[v as usize]).collect();
-        view.notes.push(format!(
-            "The view shows a coarser surface, {} of {before} faces; the numbers at its vertices are those of the mesh.",
-            view.faces.len()
-        ));
-    }
+    let (mut view, vertices) = geometry(mesh, &polygons, &last_contact)?;
     let stepped = !steps.is_empty();
     view.fields = fields(units, has_contact, stepped);
     let numbers = frames_shown(steps.len(), view.points.len() * (6 + 2 * view.fields.len()));
@@ -91,6 +82,80 @@ pub(crate) fn view(folder: &Path, mesh: Option<&Mesh>, summary: &Summary, units:
         view.frames.push(frame.map_err(|e| e.at(&name("result", number).display().to_string()))?);
     }
     Ok(view)
+}
+
+/// That of the last increment of several ranks, whose pieces of the bodies and of the contact surfaces these are; the bodies have so many
+/// nodes.
+pub(crate) fn view_of_pieces([bodies, surfaces]: &[Vec<PathBuf>; 2], nodes: u64, units: Units) -> Result<View, Error> {
+    let (mesh, body) = read_bodies(bodies, nodes)?;
+    let (polygons, contact) = read_surfaces(surfaces)?;
+    let (mut view, vertices) = geometry(&mesh, &polygons, &contact)?;
+    view.fields = fields(units, contact.points > 0, false);
+    view.frames.push(frame(&mesh, &vertices, &body, &contact, false)?);
+    Ok(view)
+}
+
+const NODE: (Over, &str) = (Over::Points, "node");
+
+/// The bodies, and arrays as [`ON_BODY`], of which each piece has some cells.
+fn read_bodies(pieces: &[PathBuf], nodes: u64) -> Result<(Mesh, Fields), Error> {
+    let count = usize::try_from(nodes).map_err(|_| unfit())?;
+    let mut raw = RawMesh { nodes: vec![[f64::NAN; 3]; count], ..RawMesh::default() };
+    let block = |kind| (RawCells { kind, nodes: Vec::new(), ids: Vec::new() }, Vec::new());
+    let mut blocks: [(RawCells, Vec<f64>); CellKind::ALL.len()] = CellKind::ALL.map(block);
+    let mut displacement = vec![f64::NAN; 3 * count];
+    for path in pieces {
+        let (mesh, fields) = read_body(path, &[ON_BODY[0], ON_BODY[1], NODE])?;
+        let array = |i: usize, length: usize| fields.arrays[i].as_ref().filter(|array| array.len() == length);
+        let [u, von_mises, numbers] = [
+            array(0, 3 * mesh.nodes.len()).ok_or_else(unfit)?,
+            array(1, mesh.cell_count()).ok_or_else(unfit)?,
+            array(2, mesh.nodes.len()).ok_or_else(unfit)?,
+        ];
+        let place = |number: &f64| Some(*number as usize).filter(|&place| *number >= 0.0 && place < count);
+        let places: Vec<usize> = numbers.iter().map(place).collect::<Option<_>>().ok_or_else(unfit)?;
+        for ((&place, x), u) in places.iter().zip(&mesh.nodes).zip(u.chunks_exact(3)) {
+            raw.nodes[place] = *x;
+            displacement[3 * place..][..3].copy_from_slice(u);
+        }
+        let mut von_mises = von_mises.iter();
+        for cells in &mesh.cells {
+            let of_kind = blocks.iter_mut().find(|(block, _)| block.kind == cells.kind);
+            let Some((block, values)) = of_kind else { continue };
+            block.nodes.extend(cells.nodes.iter().map(|&node| places[node as usize] as u32));
+            values.extend(von_mises.by_ref().take(cells.len()));
+        }
+    }
+    // A node without a place is of a piece that is not there.
+    if raw.nodes.iter().any(|x| x[0].is_nan()) {
+        return Err(unfit());
+    }
+    let (cells, values): (Vec<RawCells>, Vec<Vec<f64>>) = blocks.into_iter().unzip();
+    raw.cells = cells;
+    let von_mises = values.concat();
+    let (mesh, _) = build(raw)?;
+    let arrays = vec![Some(displacement), Some(von_mises)];
+    Ok((mesh, Fields { points: count, cells: values.iter().map(Vec::len).sum(), arrays }))
+}
+
+/// The contact surfaces, and arrays as [`ON_CONTACT`].
+fn read_surfaces(pieces: &[PathBuf]) -> Result<(Polygons, Fields), Error> {
+    let of_ranks = ON_CONTACT.map(|(over, name)| (over, if name == "shear_traction" { "shear" } else { name }));
+    let (mut polygons, mut all) = (Polygons::default(), Fields::default());
+    all.arrays = vec![None; ON_CONTACT.len()];
+    for path in pieces {
+        let (piece, fields) = read_polygons(path, &of_ranks)?;
+        let first = polygons.points.len() as u32;
+        polygons.points.extend(piece.points);
+        let moved = |face: Vec<u32>| face.iter().map(|&v| first + v).collect();
+        polygons.faces.extend(piece.faces.into_iter().map(moved));
+        all.points += fields.points;
+        all.cells += fields.cells;
+        for (to, from) in all.arrays.iter_mut().zip(fields.arrays) {
+            from.into_iter().for_each(|from| to.get_or_insert_default().extend(from));
+        }
+    }
+    Ok((polygons, all))
 }
 
 /// Whether reading the file of a mesh gives its cells in their order: kinds are sorted when it is read.
@@ -159,7 +224,8 @@ fn brought_together(contact: &Fields, mut values: Vec<f64>, width: usize) -> Vec
     values
 }
 
-/// The boundary of the mesh without contact surfaces, then these: slaves, and masters where no slave is.
+/// The boundary of the mesh without contact surfaces, then these: slaves, and masters where no slave is; coarser where they have too
+/// many faces.
 fn geometry(mesh: &Mesh, polygons: &Polygons, contact: &Fields) -> Result<(View, Vertices), Error> {
     let own_node = nodes_of(polygons, contact, mesh.nodes.len())?;
     let key = |corners: [u32; 4]| {
@@ -197,6 +263,15 @@ fn geometry(mesh: &Mesh, polygons: &Polygons, contact: &Fields) -> Result<(View,
     view.first_contact_face = view.faces.len();
     view.faces.extend(shown.iter().map(|face| corners(face).map(|v| first + v)));
     view.points = vertices.node.iter().map(|&node| mesh.nodes[node as usize]).collect();
+    let before = view.faces.len();
+    if let Some(kept) = thin(&mut view, MOST_FACES) {
+        vertices.node = kept.iter().map(|&v| vertices.node[v as usize]).collect();
+        vertices.contact = kept.iter().map(|&v| vertices.contact[v as usize]).collect();
+        view.notes.push(format!(
+            "The view shows a coarser surface, {} of {before} faces; the numbers at its vertices are those of the mesh.",
+            view.faces.len()
+        ));
+    }
     Ok((view, vertices))
 }
 

@@ -40,24 +40,32 @@ pub(crate) fn html(s: &Summary, case_text: &str, pictures: &[Picture], view: &Vi
     out += &warnings(s, view);
     out += &cards(s, &units);
     out += &viewer(view, &units);
-    out += "<h2 id=\"pictures\">Pictures</h2>\n<div class=\"pictures\">\n";
-    for picture in pictures {
-        let name = escaped(&picture.name);
-        out += &format!(
-            "<figure><img alt=\"{name}\" src=\"data:image/png;base64,{}\"><figcaption>{name}</figcaption></figure>\n",
-            base64(picture.png.iter().copied())
-        );
-    }
-    out += "</div>\n";
+    out += &drawn(pictures);
     out += &tables::all(s, &units);
-    out += "<h2 id=\"case\">Case file</h2>\n";
-    out += &format!("<pre>{}</pre>\n", escaped(case_text));
+    if !case_text.is_empty() {
+        out += &format!("<h2 id=\"case\">Case file</h2>\n<pre>{}</pre>\n", escaped(case_text));
+    }
     let version = escaped(&s.versions.stiction);
     out += &format!("<footer class=\"soft\">Written by stiction {version} from the files beside it.</footer>\n");
     out += "<script type=\"application/json\" id=\"view-data\">";
     out += &script_json(&view_data(view, &units));
     out += &format!("</script>\n<script>\n{VIEWER}</script>\n</body>\n</html>\n");
     out
+}
+
+/// The pictures of the folder, if it has any.
+fn drawn(pictures: &[Picture]) -> String {
+    let figure = |picture: &Picture| {
+        let (name, data) = (escaped(&picture.name), base64(picture.png.iter().copied()));
+        format!(
+            "<figure><img alt=\"{name}\" src=\"data:image/png;base64,{data}\"><figcaption>{name}</figcaption></figure>\n"
+        )
+    };
+    let all: String = pictures.iter().map(figure).collect();
+    match all.is_empty() {
+        true => all,
+        false => format!("<h2 id=\"pictures\">Pictures</h2>\n<div class=\"pictures\">\n{all}</div>\n"),
+    }
 }
 
 fn view_data(view: &View, units: &Units) -> Value {

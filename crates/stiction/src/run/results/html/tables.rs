@@ -36,6 +36,15 @@ impl Table {
         Table { head: head.iter().map(|h| h.to_string()).collect(), rows: Vec::new(), words: Vec::new() }
     }
 
+    /// Leaves out columns that no row has anything in; none of them holds words.
+    fn leave_out_empty_columns(&mut self) {
+        let keep: Vec<bool> = (0..self.head.len()).map(|i| self.rows.iter().any(|row| !row[i].is_empty())).collect();
+        for row in self.rows.iter_mut().chain([&mut self.head]) {
+            let mut keep = keep.iter();
+            row.retain(|_| keep.next() == Some(&true));
+        }
+    }
+
     fn html(&self) -> String {
         let class = |i: usize| if self.words.contains(&i) { " class=\"words\"" } else { "" };
         let head: String =
@@ -331,6 +340,14 @@ fn bodies(s: &Summary, units: &Units) -> String {
     }
 }
 
+const ENERGIES: &str = "<p class=\"note\">Energies count from the start; work = elastic + dissipated + what the length of the steps \
+                        costs.</p>\n";
+
+/// A number; nothing for one that the run has not taken.
+fn known(x: f64) -> String {
+    if x.is_nan() { String::new() } else { number(x) }
+}
+
 fn steps(list: &[StepRecord], units: &Units) -> String {
     if list.is_empty() {
         return String::new();
@@ -362,19 +379,18 @@ fn steps(list: &[StepRecord], units: &Units) -> String {
             number(c.normal_force),
             triple(c.tangential_force),
             format!("{} / {} / {}", c.open, c.stick, c.slip),
-            number(answer.displacement_max),
-            number(balance.work),
-            number(balance.elastic),
-            number(balance.dissipation),
+            known(answer.displacement_max),
+            known(balance.work),
+            known(balance.elastic),
+            known(balance.dissipation),
             answer.counts.steps().to_string(),
-            attempts.to_string(),
+            if *attempts > 0 { attempts.to_string() } else { String::new() },
         ]);
     }
-    format!(
-        "<h2 id=\"steps\">Load steps</h2>\n{}<p class=\"note\">Energies count from the start; work = elastic + dissipated + \
-         what the length of the steps costs.</p>\n",
-        table.html()
-    )
+    table.leave_out_empty_columns();
+    let has_energies = list.iter().any(|step| !step.balance.work.is_nan());
+    let note = if has_energies { ENERGIES } else { "" };
+    format!("<h2 id=\"steps\">Load steps</h2>\n{}{note}", table.html())
 }
 
 fn problem(rows: &[Row]) -> String {
