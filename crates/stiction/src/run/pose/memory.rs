@@ -1,6 +1,6 @@
 //! Memory of a run, predicted from counts before it is taken, and how much there is.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::path::in_terms_of_the_case;
 use crate::Error;
@@ -200,7 +200,7 @@ pub(crate) fn report_fits(folder: &Path, mesh: Option<&Mesh>) -> Result<(), Erro
 
 /// Refuses a report for which there is no memory, of bodies in these pieces: all of them, and the largest as it is read.
 #[cfg(feature = "report")]
-pub(crate) fn report_of_pieces_fits(pieces: &[PathBuf]) -> Result<(), Error> {
+pub(crate) fn report_of_pieces_fits(pieces: &[std::path::PathBuf]) -> Result<(), Error> {
     let lengths = pieces.iter().map(|path| length(path));
     let bytes = lengths.clone().sum::<f64>() + lengths.fold(0.0, f64::max);
     ensure("the report", Bytes::REPORT[0] + Bytes::RESULT * bytes, None).map_err(in_terms_of_the_case)
