@@ -198,11 +198,10 @@ pub(crate) fn report_fits(folder: &Path, mesh: Option<&Mesh>) -> Result<(), Erro
     ensure("the report", bytes, None).map_err(in_terms_of_the_case)
 }
 
-/// Refuses a report for which there is no memory, of bodies in these pieces: all of them, and the largest as it is read.
+/// Refuses a report for which there is no memory, of bodies in these pieces, which are read and then joined.
 #[cfg(feature = "report")]
 pub(crate) fn report_of_pieces_fits(pieces: &[std::path::PathBuf]) -> Result<(), Error> {
-    let lengths = pieces.iter().map(|path| length(path));
-    let bytes = lengths.clone().sum::<f64>() + lengths.fold(0.0, f64::max);
+    let bytes = 2.0 * pieces.iter().map(|path| length(path)).sum::<f64>();
     ensure("the report", Bytes::REPORT[0] + Bytes::RESULT * bytes, None).map_err(in_terms_of_the_case)
 }
 

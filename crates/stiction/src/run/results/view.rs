@@ -68,7 +68,9 @@ pub(crate) fn view(folder: &Path, mesh: Option<&Mesh>, summary: &Summary, units:
         let (body, contact) = if number == last {
             (&last_body, &last_contact)
         } else {
-            body = read_fields(&name("result", number), &ON_BODY)?;
+            // The arrays of several kinds of cells stand in the file in the order of its cells, which the mesh has sorted.
+            let path = name("result", number);
+            body = if mesh.cells.len() > 1 { read_body(&path, &ON_BODY)?.1 } else { read_fields(&path, &ON_BODY)? };
             let read = |path| read_fields(path, &ON_CONTACT);
             contact = if has_contact { read(&name("contact", number))? } else { Fields::default() };
             (&body, &contact)
@@ -99,13 +101,16 @@ const NODE: (Over, &str) = (Over::Points, "node");
 
 /// The bodies, and arrays as [`ON_BODY`], of which each piece has some cells.
 fn read_bodies(pieces: &[PathBuf], nodes: u64) -> Result<(Mesh, Fields), Error> {
-    let count = usize::try_from(nodes).map_err(|_| unfit())?;
+    let read = |path: &PathBuf| read_body(path, &[ON_BODY[0], ON_BODY[1], NODE]);
+    let read: Vec<(Mesh, Fields)> = pieces.iter().map(read).collect::<Result<_, Error>>()?;
+    // No memory is taken for nodes that no piece can have, whatever the summary says.
+    let most: usize = read.iter().map(|(mesh, _)| mesh.nodes.len()).sum();
+    let count = usize::try_from(nodes).ok().filter(|&count| count <= most).ok_or_else(unfit)?;
     let mut raw = RawMesh { nodes: vec![[f64::NAN; 3]; count], ..RawMesh::default() };
     let block = |kind| (RawCells { kind, nodes: Vec::new(), ids: Vec::new() }, Vec::new());
     let mut blocks: [(RawCells, Vec<f64>); CellKind::ALL.len()] = CellKind::ALL.map(block);
     let mut displacement = vec![f64::NAN; 3 * count];
-    for path in pieces {
-        let (mesh, fields) = read_body(path, &[ON_BODY[0], ON_BODY[1], NODE])?;
+    for (mesh, fields) in read {
         let array = |i: usize, length: usize| fields.arrays[i].as_ref().filter(|array| array.len() == length);
         let [u, von_mises, numbers] = [
             array(0, 3 * mesh.nodes.len()).ok_or_else(unfit)?,
