@@ -18,19 +18,21 @@ pub use pose::{
     Bolt, BoltFacts, ContactFacts, Coupling, CouplingFacts, CyclicFacts, Facts, FixFacts, Initial, LoadFacts, Loading,
     MaterialFacts, MemoryLimit, Prepared, Seconds, Span, SpringFacts, prepare, read_mesh,
 };
+#[cfg(feature = "report")]
+pub use ranks::write_report;
 pub use ranks::{
     Keep, RankRecord, RankedAnswer, RankedStep, RankedSummary, check, solve_on_ranks, solve_steps_on_ranks,
     write_on_ranks,
 };
 pub use refine::{Indicators, Level, Levels, Sequence, SolvedLevel, solve_to_accuracy};
+#[cfg(feature = "report")]
+pub use results::write_report_on;
 pub use results::{
     Ahead, BodyFields, Checked, CheckedStep, FORMAT, FrettingRecord, Origin, REPORT, Report, Row, SUMS, Side,
     StepFiles, Summary, SurfaceFields, Versions, begin_steps, body_fields, ended_short, keep_step, level_line,
     limit_load, passes_through, phase_name, report, solve_writing, summary, surface_fields, uniqueness, widened_before,
     writable, write, write_with,
 };
-#[cfg(feature = "report")]
-pub use results::{write_report, write_report_on};
 pub use solve::{
     AccuracyRecord, AnswerRecord, AttemptRecord, Balance, BalanceRecord, BodyRecord, BoltState, BoundRecord,
     CertificateRecord, CountsRecord, CouplingState, DistinctRecord, Event, GoalRecord, KeepStep, LevelRecord,

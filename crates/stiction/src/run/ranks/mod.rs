@@ -18,6 +18,8 @@ mod matching;
 mod nested;
 mod numbering;
 mod outside;
+#[cfg(feature = "report")]
+mod page;
 mod parts;
 mod ranges;
 mod record;
@@ -40,6 +42,8 @@ mod write;
 
 pub use check::check;
 pub use keep::Keep;
+#[cfg(feature = "report")]
+pub use page::write_report;
 pub use record::{RankRecord, RankedStep, RankedSummary};
 pub use solve::{RankedAnswer, solve_on_ranks, solve_steps_on_ranks};
 pub use write::write_on_ranks;

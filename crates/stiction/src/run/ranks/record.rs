@@ -6,24 +6,16 @@ use serde::{Deserialize, Serialize};
 
 use super::remarks::Remarks;
 use super::report::{WORK, overlaps};
-#[cfg(feature = "report")]
-use crate::friction::SolverPath;
 use crate::friction::{Solution, Status};
 use crate::io::case::Case;
-#[cfg(feature = "report")]
-use crate::mesh::many;
 use crate::ranks::Wire;
 use crate::run::pose::Seconds;
-#[cfg(feature = "report")]
-use crate::run::results::Summary;
 use crate::run::results::{ESTIMATED, FORMAT, Row, Rows, Versions, accuracy_rows, ended_short, percent, print};
 use crate::run::solve::quantities::Smallness;
 use crate::run::solve::{
     AccuracyRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, CouplingState, Named, OverlapRecord,
     PairRecord, Totals,
 };
-#[cfg(feature = "report")]
-use crate::run::solve::{AnswerRecord, BalanceRecord, StepRecord};
 
 /// What one rank has had and sent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -320,82 +312,6 @@ impl RankedSummary {
 
     pub(super) fn with_levels(self, levels: Vec<(usize, usize)>) -> Self {
         RankedSummary { levels, ..self }
-    }
-}
-
-/// What the report of one machine shows; numbers that ranks do not take are not finite.
-#[cfg(feature = "report")]
-impl From<RankedSummary> for Summary {
-    fn from(of: RankedSummary) -> Summary {
-        let method = format!("multigrid on {}", many(of.ranks.len(), "rank"));
-        let answer = |status, certificate, counts| AnswerRecord {
-            status,
-            escape_mode: None,
-            sliding: None,
-            overlaps: Vec::new(),
-            certificate,
-            contact: Totals::default(),
-            pairs: Vec::new(),
-            bodies: Vec::new(),
-            bolts: Vec::new(),
-            couplings: Vec::new(),
-            displacement_max: f64::NAN,
-            discretisation_error: None,
-            smallness: None,
-            unheld: Vec::new(),
-            energy: f64::NAN,
-            reaction: [f64::NAN; 3],
-            load: [f64::NAN; 3],
-            dofs: of.dofs,
-            dual_dofs: of.dual_dofs,
-            method: method.clone(),
-            method_details: None,
-            counts,
-            path: SolverPath::Multigrid,
-            path_reason: None,
-            seconds: Named(Vec::new()),
-            cpu_seconds: Named(Vec::new()),
-            peak_memory_bytes: None,
-            coulomb: None,
-            solutions: None,
-        };
-        let mut begin = 0.0;
-        let step = |(step, of): (usize, RankedStep)| {
-            let dt = of.t - std::mem::replace(&mut begin, of.t);
-            let counts = CountsRecord { iterations: of.iterations, ..CountsRecord::default() };
-            let (contact, pairs) = (of.contact, of.pairs);
-            let answer = AnswerRecord { contact, pairs, ..answer(of.status, of.certificate, counts) };
-            let balance = BalanceRecord { work: f64::NAN, elastic: f64::NAN, dissipation: f64::NAN, drift: f64::NAN };
-            StepRecord { step, name: of.name, t: of.t, dt, attempts: 0, answer, balance }
-        };
-        let steps = (1..).zip(of.steps).map(step).collect();
-        Summary {
-            title: of.title,
-            units: of.units,
-            answer: AnswerRecord {
-                escape_mode: of.escape_mode,
-                overlaps: of.overlaps,
-                contact: of.contact,
-                pairs: of.pairs,
-                bodies: of.bodies,
-                displacement_max: of.displacement_max,
-                smallness: of.smallness,
-                seconds: of.seconds,
-                peak_memory_bytes: of.peak_memory_bytes,
-                ..answer(of.status, of.certificate, of.counts)
-            },
-            overrides: Vec::new(),
-            versions: of.versions,
-            balance: None,
-            steps,
-            fretting: Vec::new(),
-            accuracy: of.accuracy,
-            bound: None,
-            command: None,
-            problem: of.problem,
-            report: of.report,
-            pictures: Vec::new(),
-        }
     }
 }
 

@@ -19,7 +19,7 @@ mod masters;
 mod method_text;
 pub(super) mod overlap_text;
 #[cfg(feature = "report")]
-mod page;
+pub(super) mod page;
 mod pair_text;
 #[cfg_attr(not(feature = "plots"), path = "no_pictures.rs")]
 mod pictures;
@@ -30,7 +30,7 @@ pub(super) mod step_file;
 pub(super) mod summary;
 pub(super) mod sums;
 #[cfg(feature = "report")]
-mod view;
+pub(super) mod view;
 pub(super) mod write;
 
 pub use accuracy_text::level as level_line;
@@ -43,7 +43,7 @@ pub use fretting::FrettingRecord;
 pub(super) use level_file::{LEVELS, keep_levels, kept_levels, problem_fingerprint, remove_levels};
 pub use masters::pair_fields as surface_fields;
 #[cfg(feature = "report")]
-pub use page::{write_report, write_report_on};
+pub use page::write_report_on;
 pub use report::{Report, ended_short, limit_load, passes_through, report, uniqueness};
 pub use rows::Row;
 pub(super) use rows::{Rows, print};
