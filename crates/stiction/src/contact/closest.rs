@@ -24,6 +24,9 @@ const PARALLEL: f64 = 0.9;
 const COPLANAR: f64 = 0.999;
 /// Distances below this part of the diagonal are rounding.
 const ROUNDING: f64 = 1e-14;
+/// What lies this part of the diagonal beside an edge lies on it: coordinates of meshes and surfaces are rounded, and the last
+/// digit must not say which of the sides gives the normal.
+const ON_EDGE: f64 = 1e-6;
 
 /// What the closest point of the surface lies on.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,27 +72,31 @@ impl Triangles {
             dot(d, d)
         };
         let (_, least) = self.tree.nearest(x, f64::INFINITY, distance2)?;
-        let reach = (least.sqrt() + 2.0 * ROUNDING * self.size).powi(2);
-        let (t, _) = self.tree.nearest(x, reach, |t| if parallel(t) { distance2(t) } else { f64::INFINITY })?;
-        if !parallel(t) {
+        let (least, fillet) = (least.sqrt() + 2.0 * ROUNDING * self.size, FILLET * self.size);
+        let reach = least.max(fillet).powi(2);
+        let (t, far) = self.tree.nearest(x, reach, |t| if parallel(t) { distance2(t) } else { f64::INFINITY })?;
+        let (apart, plane, w) = (self.offset(x, t, weights(t)), self.normal(t), self.onto_edges(t, weights(t)));
+        let height = dot(apart, plane);
+        let beside = norm(sub(apart, scale(height, plane)));
+        let is_over = beside <= ON_EDGE * self.size;
+        // One that is not the nearest of all is met where it would be but for a small overlap.
+        if far.sqrt() > least && !is_over {
             return None;
         }
-        let (w, fillet) = (weights(t), FILLET * self.size);
         let feature = feature(w);
-        let near = |k: usize| self.sharp[t as usize][k] && self.off_edge(t, k, w) < fillet;
-        if !self.is_sharp(t, feature) && !(0..3).any(near) {
+        let near = |k: &usize| self.sharp[t as usize][*k] && self.off_edge(t, *k, w) < fillet;
+        let near: Vec<Feature> = (0..3).filter(near).map(Feature::Edge).collect();
+        if !self.is_sharp(t, feature) && near.is_empty() {
             return None;
         }
         // On a ridge both flanks look at the body, and in a corner the closest point says little of what lies inside.
-        let coplanar = |other: u32| dot(self.normal(other), self.normal(t)) > COPLANAR;
-        let is_ridge = self.any_around(t, feature, |other| looks(other) && !coplanar(other));
-        if is_ridge || dot(self.offset(x, t, w), self.pseudonormal(t, feature)) * sign < 0.0 && feature != Feature::Face
-        {
+        let flank = |other: u32| looks(other) && dot(self.normal(other), self.normal(t)) <= COPLANAR;
+        let is_ridge = near.into_iter().chain([feature]).any(|feature| self.any_around(t, feature, flank));
+        let is_behind = || dot(apart, self.pseudonormal(t, feature)) * sign < 0.0 && feature != Feature::Face;
+        if is_ridge || !is_over && is_behind() {
             return None;
         }
-        let (apart, plane) = (self.offset(x, t, w), self.normal(t));
-        let height = dot(apart, plane);
-        if norm(sub(apart, scale(height, plane))) > fillet {
+        if beside > fillet {
             return Some(None);
         }
         let (distance, normal) = (height - self.bulge(t, w), self.smooth_normal(t, w));
@@ -132,7 +139,7 @@ impl Triangles {
         let length = norm(apart);
         let length = if length <= ROUNDING * self.size { 0.0 } else { length };
         let sign = if dot(apart, pseudo) < 0.0 { -1.0 } else { 1.0 };
-        let normal = self.normal_at(t, w, feature, scale(sign, apart), pseudo)?;
+        let normal = self.normal_at(t, self.onto_edges(t, w), scale(sign, apart))?;
         let distance = sign * length - self.bulge(t, w);
         Some(match self.side {
             Side::Outside => (distance, normal),
@@ -164,15 +171,29 @@ impl Triangles {
         0.5 * (above(0) + above(1) + above(2))
     }
 
+    /// The weights of a point of a triangle; where it lies on an edge or a corner but for [`ON_EDGE`], those there.
+    fn onto_edges(&self, t: u32, w: [f64; 3]) -> [f64; 3] {
+        let least = ON_EDGE * self.size;
+        let mut on = w;
+        for k in 0..3 {
+            if self.off_edge(t, k, w) <= least {
+                on[(k + 2) % 3] = 0.0;
+            }
+        }
+        let sum: f64 = on.iter().sum();
+        if sum > 0.0 { on.map(|w| w / sum) } else { w }
+    }
+
     /// The unit normal at the closest point; `away` leads from it to the point or, inside, the other way.
-    fn normal_at(&self, t: u32, w: [f64; 3], feature: Feature, away: V3, pseudo: V3) -> Option<V3> {
+    fn normal_at(&self, t: u32, w: [f64; 3], away: V3) -> Option<V3> {
+        let feature = feature(w);
         let sharp = self.is_sharp(t, feature);
         let smooth = self.smooth_normal(t, w);
         let fillet = FILLET * self.size;
         if sharp {
             let pseudo = match feature {
                 Feature::Edge(k) => self.along_edge(t, k, w[(k + 1) % 3], fillet),
-                _ => unit(pseudo)?,
+                _ => unit(self.pseudonormal(t, feature))?,
             };
             return unit(add(away, scale(fillet, pseudo))).or(Some(pseudo));
         }

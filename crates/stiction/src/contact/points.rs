@@ -9,7 +9,7 @@ use super::friction_law::{At, law};
 use super::mortar::FACING;
 use super::pair::TOUCHING;
 use super::tributary::{TributaryArea, areas_on_obstacle};
-use super::{ContactSurface, Friction, InterfaceStiffness, Obstacle, SurfaceFacts, SurfaceFriction};
+use super::{ContactSurface, Friction, InterfaceStiffness, Obstacle, Side, SurfaceFacts, SurfaceFriction, Triangles};
 use crate::Error;
 use crate::fem::{DofMap, nodal_normals};
 use crate::mesh::Mesh;
@@ -186,6 +186,9 @@ pub(super) fn points_on_obstacle(
             layer,
         });
     }
+    if let Obstacle::Surface(triangles) = obstacle {
+        refuse_body_outside_of_its_room(mesh, faces, triangles, facts.gap_min)?;
+    }
     if facts.points == 0 && (some_are_tied || facts.behind + facts.taken > 0) {
         (facts.gap_min, facts.gap_max) = (0.0, 0.0);
         return Ok((points, facts));
@@ -207,6 +210,30 @@ pub(super) fn points_on_obstacle(
         return Err(Error::new("", what, "leave nodes of the contact surface free to move towards the obstacle"));
     }
     Ok((points, facts))
+}
+
+/// Refuses a closed surface around the body where the body is not in it: its triangles are turned inwards, or `side` is wrong. What is
+/// behind the contact faces would lie deeper in the obstacle than they do, `-gap_min` where they overlap.
+fn refuse_body_outside_of_its_room(mesh: &Mesh, faces: &[u32], surface: &Triangles, gap_min: f64) -> Result<(), Error> {
+    if !surface.is_room() {
+        return Ok(());
+    }
+    let deepest = gap_min.min(0.0) - ROUNDING * surface.size;
+    let is_outside = |face: &&u32| {
+        let (_, nodes) = mesh.cell(mesh.faces[**face as usize].cell as usize);
+        let sum = nodes.iter().fold([0.0; 3], |sum, &node| add(sum, mesh.nodes[node as usize]));
+        surface.distance(scale(1.0 / nodes.len() as f64, sum), None).is_some_and(|(distance, _)| distance < deepest)
+    };
+    let outside = faces.iter().filter(is_outside).count();
+    if 2 * outside <= faces.len() {
+        return Ok(());
+    }
+    let what = format!("the body does not lie in the closed surface {}, whose normals look into it", surface.name);
+    let remedy = match surface.side {
+        Side::Outside => "turn the triangles the other way around, or set `side = \"inside\"`",
+        Side::Inside => "take `side` out, or turn the triangles the other way around",
+    };
+    Err(Error::new("", what, remedy))
 }
 
 /// Those of the faces that look at the obstacle; `None` where all do, or none does. A side face that shares an edge with them would

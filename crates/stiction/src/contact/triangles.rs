@@ -10,6 +10,9 @@ use crate::mesh::facets::{corner_normals, normal, weighted_normal};
 use crate::mesh::v3::{V3, add, det, dot, sub};
 use crate::mesh::{Bounds, Tree, ascending};
 
+/// Degrees that count for nothing in a bend: files of single precision, and prisms of twelve sides, which bend by 30 degrees.
+const BEND_ROUNDING: f64 = 0.01;
+
 /// Triangles as a file gives them, points of equal coordinates being one.
 #[derive(Debug, Clone, Default)]
 pub struct RawSurface {
@@ -135,7 +138,7 @@ impl Triangles {
             }
         }
         let normal = |t: u32| normal(&points, triangles[t as usize]);
-        let bends = feature_angle.to_radians().cos();
+        let bends = (feature_angle + BEND_ROUNDING).to_radians().cos();
         let is_sharp = |t: u32, other: u32| {
             let (a, b) = (normal(t), normal(other));
             // A triangle without area has no normal to bend from.
@@ -172,6 +175,14 @@ impl Triangles {
             collapsed,
             stitched,
         })
+    }
+
+    /// Whether it is closed around the body, which looks at it from within.
+    pub fn is_room(&self) -> bool {
+        match self.side {
+            Side::Outside => self.volume < 0.0,
+            Side::Inside => self.volume > 0.0,
+        }
     }
 
     /// Corners of the triangles; length.

@@ -133,6 +133,93 @@ fn the_normal_turns_gradually_around_an_edge_however_close() {
     }
 }
 
+/// A prism along y over the polygon of these corners in x and z, counter-clockwise seen against y; its ends are open.
+fn prism(polygon: &[[f64; 2]]) -> Vec<[V3; 3]> {
+    let side = |(i, &[x, z]): (usize, &[f64; 2])| {
+        let [u, w] = polygon[(i + 1) % polygon.len()];
+        let [a, b, c, d] = [[x, -1.0, z], [u, -1.0, w], [u, 1.0, w], [x, 1.0, z]];
+        [[a, c, b], [a, d, c]]
+    };
+    polygon.iter().enumerate().flat_map(side).collect()
+}
+
+/// What a node exactly over an edge meets does not hang on the last digit, wherever the obstacle stands and however it is turned: of a
+/// box the top, of a ridge the mean of its flanks, of a prism with twelve sides the same at all its edges.
+#[test]
+fn rounding_does_not_choose_the_side_of_an_edge() {
+    let ridge = [[0.0, 0.0], [-1.0, -0.4], [1.0, -0.4]];
+    let round: Vec<[f64; 2]> =
+        (0..12).map(|i| f64::from(i) * std::f64::consts::PI / 6.0).map(|a| [-a.sin(), a.cos() - 1.0]).collect();
+    let low: Vec<[V3; 3]> = cube(1).iter().map(|t| t.map(|[x, y, z]| [x, y, z - 1.0])).collect();
+    let shapes = [
+        ("box", low, [[1.0, 0.3, 0.0], [1.0, 1.0, 0.0], [-1.0, 0.0, 0.0]].to_vec()),
+        ("ridge", prism(&ridge), [[0.0, 0.3, 0.0], [0.0, -0.7, 0.0]].to_vec()),
+        ("prism", prism(&round), [[0.0, 0.3, 0.0], [0.0, -0.7, 0.0]].to_vec()),
+    ];
+    let mut noise = noise();
+    for (name, triangles, nodes) in shapes {
+        for case in 0..400 {
+            // Turned about all axes, moved, and known to some digits.
+            let turns: [f64; 3] = std::array::from_fn(|_| if case == 0 { 0.0 } else { 3.0 * noise() });
+            let turn = |mut x: V3| {
+                for (c, angle) in turns.iter().enumerate() {
+                    let (i, j) = ((c + 1) % 3, (c + 2) % 3);
+                    let (sin, cos) = angle.sin_cos();
+                    (x[i], x[j]) = (cos * x[i] - sin * x[j], sin * x[i] + cos * x[j]);
+                }
+                x
+            };
+            let rounding = [0.0, 1e-15, 1e-12, 1e-9, 1e-7][case % 5];
+            let by: V3 = std::array::from_fn(|_| 10.0 * noise());
+            let mut put = |x: V3| -> V3 {
+                let x = turn(x);
+                std::array::from_fn(|c| x[c] + by[c] + rounding * noise())
+            };
+            // Corners of triangles are the same points after rounding as before.
+            let mut places: Vec<(V3, V3)> = Vec::new();
+            let moved: Vec<[V3; 3]> = (triangles.iter())
+                .map(|t| {
+                    t.map(|x| match places.iter().find(|p| p.0 == x) {
+                        Some(&(_, there)) => there,
+                        None => {
+                            let there = put(x);
+                            places.push((x, there));
+                            there
+                        }
+                    })
+                })
+                .collect();
+            let obstacle = obstacle(&moved);
+            for &node in &nodes {
+                let (distance, normal) = obstacle.distance_facing(put(node), turn([0.0, 0.0, -1.0])).unwrap();
+                let up = turn([0.0, 0.0, 1.0]);
+                let apart = (0..3).map(|c| (up[c] - normal[c]).powi(2)).sum::<f64>().sqrt();
+                assert!(distance.abs() < 10.0 * rounding + 1e-13, "{name} {rounding} {node:?}: {distance}");
+                assert!(apart < 1e3 * rounding + 1e-10, "{name} {rounding} {node:?}: {normal:?} for {up:?}");
+            }
+        }
+    }
+}
+
+/// A body on a closed box whose triangles look into it is not in that box.
+#[test]
+fn a_surface_turned_inside_out_is_refused() {
+    let low: Vec<[V3; 3]> = cube(2).iter().map(|t| t.map(|[x, y, z]| [3.0 * x, 3.0 * y, z - 1.0])).collect();
+    let turned: Vec<[V3; 3]> = low.iter().map(|&[a, b, c]| [a, c, b]).collect();
+    let pose = |triangles: &[[V3; 3]], side: Side| {
+        let obstacle = Obstacle::Surface(Arc::new(surface(triangles, side)));
+        let case = block_of([1.0; 3], [3, 3, 3], BlockElement::Hex8, 1e9, 0.3).fix("z-max", HELD);
+        case.contact("z-min", obstacle, SurfaceFriction::None).try_pose().map(|posed| posed.facts[0].gap_max)
+    };
+    for (triangles, side) in [(&low, Side::Outside), (&turned, Side::Inside)] {
+        assert_eq!(pose(triangles, side), Ok(0.0));
+    }
+    for (triangles, side) in [(&turned, Side::Outside), (&low, Side::Inside)] {
+        let refused = pose(triangles, side).unwrap_err();
+        assert!(refused.what.contains("does not lie in the closed surface"), "{refused}");
+    }
+}
+
 #[test]
 fn beyond_the_border_of_an_open_surface_nothing_is_met() {
     let plate = obstacle(&[

@@ -4,7 +4,7 @@ use super::facts::ContactFacts;
 use super::surfaces::shared;
 use super::travel::travel_rounding;
 use crate::contact::{
-    ContactSurface, Counterpart, InitialGap, Obstacle, PairFacts, Role, Side, SurfaceFacts, SurfaceFriction,
+    ContactSurface, Counterpart, InitialGap, Obstacle, PairFacts, Role, SurfaceFacts, SurfaceFriction,
 };
 use crate::fem::{Material, notes};
 use crate::io::case::{Case, ContactSpec};
@@ -108,9 +108,8 @@ impl ContactFacts {
                 let what = "corners at the border of the obstacle's triangles lie on others but for rounding and are joined to them";
                 notes.push(format!("contact \"{}\": {} {what}", s.name, surface.stitched));
             }
-            let inwards = if surface.side == Side::Outside { surface.volume < 0.0 } else { surface.volume > 0.0 };
-            if inwards {
-                let what = "the body lies within the closed surface of the obstacle; otherwise change `side`";
+            if surface.is_room() {
+                let what = "the body lies within the closed surface of the obstacle";
                 notes.push(format!("contact \"{}\": {what}", s.name));
             }
         }
