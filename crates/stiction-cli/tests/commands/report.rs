@@ -191,6 +191,41 @@ fn the_arrays_of_the_view_are_the_numbers_of_the_result_files() {
     assert_eq!(view["fields"][5]["status"], true);
 }
 
+/// A column of tetrahedra and one of hexahedra, each under its own traction: files have the kinds of cells in another order than the mesh
+/// has, and stress stands at the cells it is of, in all load steps, whether the page is made with the mesh at hand or from files.
+#[test]
+fn stress_stands_at_its_own_cells_where_there_are_several_kinds() {
+    for (left, right) in [("tet4", "hex8"), ("hex8", "tet4")] {
+        let column = |name: &str, element: &str, x: f64, traction: f64| {
+            format!(
+                "[mesh.parts.{name}]\nblock = {{ size = [1, 1, 2], cells = [2, 2, 3], element = \"{element}\" }}\n\
+                 move = [{x}, 0, 0]\n[[fix]]\non = \"{name}.z-min\"\n[[load]]\non = \"{name}.z-max\"\n\
+                 traction = [0, 0, \"{traction}*t\"]\n"
+            )
+        };
+        let case = [
+            "[materials.steel]\nyoung = 1e5\npoisson = 0\n[[step]]\nuntil = 1\nincrements = 2\n".into(),
+            column("a", left, 0.0, 3.0),
+            column("b", right, 5.0, 10.0),
+        ];
+        let folder = Folder::new(&format!("report-kinds-{left}"), &case.concat());
+        folder.run(&["solve", "case.toml", "-o", "r"]).ends(0, &[]);
+        let read = || view(&std::fs::read_to_string(folder.path.join("r/report.html")).unwrap());
+        let with_mesh = read();
+        folder.run(&["report", "r"]).ends(0, &[]);
+        assert_eq!(read(), with_mesh);
+        let high = number(&with_mesh["high"][0]);
+        let x = words(&with_mesh["position"]).into_iter().step_by(3).map(|code| f64::from(code) / 65534.0 * high);
+        let x: Vec<f64> = x.collect();
+        for (frame, t) in with_mesh["frames"].as_array().unwrap().iter().zip([0.5, 1.0]) {
+            for (stress, x) in decoded(&frame["values"][0]).into_iter().zip(&x) {
+                let expected = if *x < 3.0 { 3.0 * t } else { 10.0 * t };
+                assert!((stress - expected).abs() < 1e-3, "{left} at {x}, t = {t}: {stress} for {expected}");
+            }
+        }
+    }
+}
+
 /// Two pads on one plate: the plate is shown once, with the pressure of both pads, and so is each pad.
 #[test]
 fn the_view_shows_both_sides_of_every_pair() {

@@ -29,7 +29,8 @@ pub fn write_report(folder: &Path) -> Result<usize, Error> {
     let pieces = [named_pieces(&collections[0])?, named_pieces(&collections[1])?];
     report_of_pieces_fits(&pieces[0])?;
     let summary: RankedSummary = summary::read(&path)?;
-    let view = view_of_pieces(&pieces, summary.nodes, Units::of(summary.units.as_deref()))?;
+    let view = view_of_pieces(&pieces, summary.nodes, Units::of(summary.units.as_deref()));
+    let view = view.map_err(|error| error.at(&folder.display().to_string()))?;
     // Ranks write no case: a file of that name is of an earlier run.
     write_page(folder, &summary.into(), "", &view)
 }

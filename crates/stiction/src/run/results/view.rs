@@ -110,15 +110,16 @@ fn read_bodies(pieces: &[PathBuf], nodes: u64) -> Result<(Mesh, Fields), Error> 
     let block = |kind| (RawCells { kind, nodes: Vec::new(), ids: Vec::new() }, Vec::new());
     let mut blocks: [(RawCells, Vec<f64>); CellKind::ALL.len()] = CellKind::ALL.map(block);
     let mut displacement = vec![f64::NAN; 3 * count];
-    for (mesh, fields) in read {
+    for ((mesh, fields), path) in read.into_iter().zip(pieces) {
+        let unfit_here = || unfit().at(&path.display().to_string());
         let array = |i: usize, length: usize| fields.arrays[i].as_ref().filter(|array| array.len() == length);
         let [u, von_mises, numbers] = [
-            array(0, 3 * mesh.nodes.len()).ok_or_else(unfit)?,
-            array(1, mesh.cell_count()).ok_or_else(unfit)?,
-            array(2, mesh.nodes.len()).ok_or_else(unfit)?,
+            array(0, 3 * mesh.nodes.len()).ok_or_else(unfit_here)?,
+            array(1, mesh.cell_count()).ok_or_else(unfit_here)?,
+            array(2, mesh.nodes.len()).ok_or_else(unfit_here)?,
         ];
         let place = |number: &f64| Some(*number as usize).filter(|&place| *number >= 0.0 && place < count);
-        let places: Vec<usize> = numbers.iter().map(place).collect::<Option<_>>().ok_or_else(unfit)?;
+        let places: Vec<usize> = numbers.iter().map(place).collect::<Option<_>>().ok_or_else(unfit_here)?;
         for ((&place, x), u) in places.iter().zip(&mesh.nodes).zip(u.chunks_exact(3)) {
             raw.nodes[place] = *x;
             displacement[3 * place..][..3].copy_from_slice(u);
