@@ -110,6 +110,38 @@ fn a_loose_block_that_is_pressed_into_a_corner_takes_few_steps() {
     }
 }
 
+/// A point that sticks to the floor and one that is to move to the wall, on one node, contradict one another however near the wall is.
+/// The answer depends on its distance continuously.
+#[test]
+fn a_wall_that_is_a_hair_away_is_as_one_that_touches() {
+    for element in ["hex8", "tet4"] {
+        let run = |away: f64| {
+            let text = format!(
+                "[mesh]\nblock = {{ size = [2, 2, 1], cells = [4, 4, 2], element = \"{element}\" }}\n\
+                 [materials.m]\nyoung = 1e3\npoisson = 0.3\n[[load]]\non = \"x-max\"\ntraction = [-8, 0, 0]\n\
+                 [[load]]\non = \"z-max\"\ntraction = [0, 1, -6]\n\
+                 [[contact]]\nname = \"z\"\non = \"z-min\"\nfriction = {{ coulomb = 0.3 }}\n\
+                 against = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\n\
+                 [[contact]]\nname = \"x\"\non = \"x-min\"\nfriction = {{ coulomb = 0.3 }}\n\
+                 against = {{ plane = {{ point = [{}, 0, 0], normal = [1, 0, 0] }} }}\n",
+                -away
+            );
+            displacement(&solved(&text))
+        };
+        let touching = run(0.0);
+        let largest = touching.iter().flatten().fold(0.0, |a: f64, u| a.max(u.abs()));
+        for away in [1e-11, 1e-10, 1e-8, 1e-7, 1e-6] {
+            let apart = run(away)
+                .iter()
+                .zip(&touching)
+                .flat_map(|(a, b)| (0..3).map(move |i| (a[i] - b[i]).abs()))
+                .fold(0.0, f64::max);
+            println!("{element} {away}: {apart:.1e}");
+            assert!(apart <= 10.0 * away + 1e-7 * largest, "{element} {away}: {apart:e}");
+        }
+    }
+}
+
 fn totals(run: &(Outcome, Prepared), pair: &str) -> Totals {
     pair_totals(&run.1, &run.0).into_iter().find(|(name, _)| name == pair).unwrap().1
 }

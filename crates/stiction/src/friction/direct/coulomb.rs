@@ -40,7 +40,7 @@ fn contraction(problem: &ContactProblem, dual: &Dual, lambda: &[f64], u: &[f64])
     let balanced = vec![0.0; dual.floating.len()];
     growth(bounds, |g| {
         slips.iter().zip(g).for_each(|(&(j, e), g)| points[j].known = [0.0, g * e[0], g * e[1]]);
-        let answer = system.solve(&points, &balanced, Threshold::ACCURACY, Threshold::INNER_LIMIT);
+        let answer = system.solve(&lambda, &points, &balanced, Threshold::ACCURACY, Threshold::INNER_LIMIT);
         slips.iter().map(|&(j, _)| slope(j) * answer.lambda[j][0]).collect()
     })
 }
