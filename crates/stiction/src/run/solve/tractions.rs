@@ -8,8 +8,11 @@
 //! nodes of the master that it shares area with. A constant pressure stays at each node whatever is covered, resultants
 //! stay to 1e-4 (to 1e-2 where the contact ends at a rim), and with matching meshes nothing changes.
 
+use std::collections::BTreeMap;
+
 use crate::contact::{Counterpart, Master, tributary_areas};
-use crate::mesh::v3::dot;
+use crate::fem::DofMap;
+use crate::mesh::v3::{V3, add, dot, scale};
 use crate::run::pose::Prepared;
 use crate::run::pose::frames::{PointFrame, entries};
 use crate::run::solve::Outcome;
@@ -31,6 +34,8 @@ pub(crate) struct Tractions {
 /// Part of the area of a point at a node of the master; area. Negative where the function of the point is.
 pub(crate) type Shared = Vec<(usize, f64)>;
 
+/// Sums that differ by less than this part are equal.
+const ROUNDING: f64 = 1e-9;
 /// Sweeps of what is repeated until areas and forces add up.
 const SWEEPS: usize = 20;
 
@@ -60,7 +65,8 @@ pub(crate) fn tractions(prepared: &Prepared, outcome: &Outcome, frames: &[PointF
             continue;
         };
         let (shared, count) = shared(prepared, master, frames, pair.points.clone());
-        let (of_points, of_nodes) = project(&shared, &points[pair.points.clone()], count);
+        let (of_points, mut of_nodes) = project(&shared, &points[pair.points.clone()], count);
+        follow(prepared, master, &mut of_nodes);
         points[pair.points.clone()].copy_from_slice(&of_points);
         let (means, _) = project(&shared, &rubbing[pair.points.clone()], count);
         rubbing[pair.points.clone()].copy_from_slice(&means);
@@ -84,31 +90,84 @@ fn shared(
     let out = &prepared.problem.contact.out;
     let is_out = |j: usize| out.binary_search(&(j as u32)).is_ok();
     let some_are_in = points.clone().any(|j| !is_out(j));
+    let turns = turns(&prepared.model.dofs);
+    // A node that follows another of the master is one with it.
+    let leader = |node: u32| match prepared.model.dofs.follows.get(&node) {
+        Some(followed) if place(followed.node).is_some() => followed.node,
+        _ => node,
+    };
     let of_point = |j: usize| {
         if some_are_in && is_out(j) {
             return Shared::new();
         }
         let (frame, area) = (&frames[j], prepared.problem.labels.area[j]);
-        // Any row gives the weights: they stand before the same axis at the point's own node, with the other sign.
-        let axes = [frame.normal, frame.tangents[0], frame.tangents[1]];
         let mut shared = Shared::new();
-        let Some((row, axis)) =
-            prepared.problem.rows(j).into_iter().zip(axes).find(|(_, axis)| dot(*axis, *axis) > 0.0)
-        else {
-            return shared;
-        };
-        for (dof, value) in entries(prepared, row).filter(|(dof, _)| dof / 3 != frame.node) {
-            let Some(at) = place(dof / 3) else { continue };
-            let part = -area * value * dot(prepared.model.dofs.direction(dof), axis) / dot(axis, axis);
+        for (node, weight) in weights(prepared, frame, prepared.problem.rows(j), &turns) {
+            let Some(at) = place(leader(node)) else { continue };
+            let part = area * weight;
             shared.push((at, part * patches[at].unity_sum()));
-            let ends = patches[at].others.iter().filter_map(|&(end, weight)| Some((place(end)?, -part * weight)));
-            shared.extend(ends);
+            let ends = patches[at].others.iter();
+            shared.extend(ends.filter_map(|&(end, weight)| Some((place(leader(end))?, -part * weight))));
         }
         shared.sort_by_key(|entry| entry.0);
         let same = shared.chunk_by(|a, b| a.0 == b.0);
         same.map(|terms| (terms[0].0, terms.iter().map(|term| term.1).sum())).collect()
     };
     (points.map(of_point).collect(), patches.len())
+}
+
+/// What the jump of a point takes of each node but its own. Any row gives the weights, with the other sign: they stand before the axis
+/// that the row has at the point's own node, beyond a cut of cyclic symmetry before this turned by a sector.
+fn weights(prepared: &Prepared, frame: &PointFrame, rows: [usize; 3], turns: &[[V3; 3]]) -> Vec<(u32, f64)> {
+    let axes = [frame.normal, frame.tangents[0], frame.tangents[1]];
+    // By node, for each turn: by the first row, and by all, as only these tell half a turn from none.
+    let mut of_node: BTreeMap<u32, Vec<[f64; 2]>> = BTreeMap::new();
+    let used = rows.into_iter().zip(axes).filter(|(_, axis)| dot(*axis, *axis) > 0.0);
+    for (place, (row, axis)) in used.enumerate().take(if turns.len() > 1 { 3 } else { 1 }) {
+        for (dof, value) in entries(prepared, row).filter(|(dof, _)| dof / 3 != frame.node) {
+            let direction = scale(-value / dot(axis, axis), prepared.model.dofs.direction(dof));
+            let sums = of_node.entry(dof / 3).or_insert_with(|| vec![[0.0; 2]; turns.len()]);
+            for ([first, all], turn) in sums.iter_mut().zip(turns) {
+                let part = dot(direction, turned(*turn, axis));
+                *first += if place == 0 { part } else { 0.0 };
+                *all += part;
+            }
+        }
+    }
+    // Of a wrong turn the sum is smaller; of half a turn across the axis it may be the same but for the sign.
+    let size = |[_, all]: &[f64; 2]| all.abs() + if *all > 0.0 { ROUNDING * all.abs() } else { 0.0 };
+    let largest = |best: [f64; 2], sums: [f64; 2]| if size(&sums) > size(&best) { sums } else { best };
+    of_node.into_iter().map(|(node, sums)| (node, sums.into_iter().fold([0.0; 2], largest)[0])).collect()
+}
+
+/// Gives nodes of a master that follow others of it what these have, turned.
+fn follow(prepared: &Prepared, master: &Master, of_nodes: &mut [Option<Traction>]) {
+    if prepared.model.dofs.follows.is_empty() {
+        return;
+    }
+    let patches = tributary_areas(&prepared.mesh, &master.faces);
+    let place = |node: u32| patches.binary_search_by_key(&node, |patch| patch.node).ok();
+    for (at, patch) in patches.iter().enumerate() {
+        let Some(followed) = prepared.model.dofs.follows.get(&patch.node) else { continue };
+        let Some(leader) = place(followed.node) else { continue };
+        of_nodes[at] = of_nodes[leader].map(|[pressure, x, y, z]| {
+            let [x, y, z] = turned(followed.axes, [x, y, z]);
+            [pressure, x, y, z]
+        });
+    }
+}
+
+/// Nothing, and where there is cyclic symmetry a sector forth and back.
+fn turns(dofs: &DofMap) -> Vec<[V3; 3]> {
+    let rest = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let back = |axes: [V3; 3]| [0, 1, 2].map(|c| axes.map(|axis| axis[c]));
+    let first = dofs.follows.iter().min_by_key(|(node, _)| **node);
+    let sector = first.map(|(_, followed)| [followed.axes, back(followed.axes)]);
+    std::iter::once(rest).chain(sector.into_iter().flatten()).collect()
+}
+
+fn turned(axes: [V3; 3], v: V3) -> V3 {
+    (0..3).fold([0.0; 3], |sum, c| add(sum, scale(v[c], axes[c])))
 }
 
 /// From the points to the nodes of the master and back; `quotients` is force over area of each point.
