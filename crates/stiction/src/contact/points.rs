@@ -15,7 +15,7 @@ use crate::fem::{DofMap, nodal_normals};
 use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, add, dot, norm, scale, sub};
 
-/// Prescribed displacements below this part of others are rounding.
+/// Prescribed displacements below this part of others, and distances below this part of the size of a surface, are rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// A contact point: its jump is `u_node + sum(weight u_other)` along its axes.
