@@ -10,7 +10,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::contact::{Counterpart, Master, tributary_areas};
+use crate::contact::{Counterpart, Master, TributaryArea, tributary_areas};
 use crate::fem::DofMap;
 use crate::mesh::v3::{V3, add, dot, scale};
 use crate::run::pose::Prepared;
@@ -64,11 +64,11 @@ pub(crate) fn tractions(prepared: &Prepared, outcome: &Outcome, frames: &[PointF
             masters.push(Vec::new());
             continue;
         };
-        let (shared, count) = shared(prepared, master, frames, pair.points.clone());
-        let (of_points, mut of_nodes) = project(&shared, &points[pair.points.clone()], count);
-        follow(prepared, master, &mut of_nodes);
+        let (shared, patches) = shared(prepared, master, frames, pair.points.clone());
+        let (of_points, mut of_nodes) = project(&shared, &points[pair.points.clone()], patches.len());
+        follow(&prepared.model.dofs, &patches, &mut of_nodes);
         points[pair.points.clone()].copy_from_slice(&of_points);
-        let (means, _) = project(&shared, &rubbing[pair.points.clone()], count);
+        let (means, _) = project(&shared, &rubbing[pair.points.clone()], patches.len());
         rubbing[pair.points.clone()].copy_from_slice(&means);
         masters.push(of_nodes);
     }
@@ -77,13 +77,13 @@ pub(crate) fn tractions(prepared: &Prepared, outcome: &Outcome, frames: &[PointF
 }
 
 /// What each of these points shares with the nodes of the master, `int psi_j phi`, with the partition of unity in it, and
-/// how many nodes these are. On quadratic faces `phi` are the functions with positive integrals.
+/// what these nodes stand for, ascending. On quadratic faces `phi` are the functions with positive integrals.
 fn shared(
     prepared: &Prepared,
     master: &Master,
     frames: &[PointFrame],
     points: std::ops::Range<usize>,
-) -> (Vec<Shared>, usize) {
+) -> (Vec<Shared>, Vec<TributaryArea>) {
     let patches = tributary_areas(&prepared.mesh, &master.faces);
     let place = |node: u32| patches.binary_search_by_key(&node, |patch| patch.node).ok();
     // Points that take no part have their area beside others that do.
@@ -113,7 +113,7 @@ fn shared(
         let same = shared.chunk_by(|a, b| a.0 == b.0);
         same.map(|terms| (terms[0].0, terms.iter().map(|term| term.1).sum())).collect()
     };
-    (points.map(of_point).collect(), patches.len())
+    (points.map(of_point).collect(), patches)
 }
 
 /// What the jump of a point takes of each node but its own. Any row gives the weights, with the other sign: they stand before the axis
@@ -141,14 +141,10 @@ fn weights(prepared: &Prepared, frame: &PointFrame, rows: [usize; 3], turns: &[[
 }
 
 /// Gives nodes of a master that follow others of it what these have, turned.
-fn follow(prepared: &Prepared, master: &Master, of_nodes: &mut [Option<Traction>]) {
-    if prepared.model.dofs.follows.is_empty() {
-        return;
-    }
-    let patches = tributary_areas(&prepared.mesh, &master.faces);
+fn follow(dofs: &DofMap, patches: &[TributaryArea], of_nodes: &mut [Option<Traction>]) {
     let place = |node: u32| patches.binary_search_by_key(&node, |patch| patch.node).ok();
     for (at, patch) in patches.iter().enumerate() {
-        let Some(followed) = prepared.model.dofs.follows.get(&patch.node) else { continue };
+        let Some(followed) = dofs.follows.get(&patch.node) else { continue };
         let Some(leader) = place(followed.node) else { continue };
         of_nodes[at] = of_nodes[leader].map(|[pressure, x, y, z]| {
             let [x, y, z] = turned(followed.axes, [x, y, z]);
