@@ -4,6 +4,7 @@ mod chains;
 mod claims;
 mod closest;
 mod division;
+mod entered;
 pub mod equilibrium;
 pub mod escape;
 mod false_overlap;

@@ -17,21 +17,17 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
+use super::entered::{Motion, OFF_BORDER, between_nodes, got_in};
 use super::mortar::FACING;
 use super::skin::{Hit, Outer, Skin, weighted};
 use super::slave_choice::face_size;
-use super::{ContactSurface, Counterpart, InitialGap, Master, Obstacle, SurfaceFacts, SurfaceFriction};
+use super::{ContactSurface, Counterpart, InitialGap, Master, SurfaceFacts, SurfaceFriction};
 use crate::mesh::v3::{V3, add, dot, norm, scale, sub};
 use crate::mesh::{Bounds, Face, Mesh};
 
 /// Motion of surfaces beyond this part of a face is not small: contact is that of the unmoved bodies. Up to it single
 /// places may also overlap where contact points keep the surfaces apart on average.
 pub const SMALL_MOTION: f64 = 0.2;
-/// An obstacle that has got into a face between its contact points by more than this part of the way is worth a word: a face beside the
-/// border of contact may be entered by less.
-const ENTERED: f64 = 0.05;
-/// Samples lie off the border of their triangle by this weight: there a point of one face lies on others as well.
-const OFF_BORDER: f64 = 0.02;
 /// Coordinates and displacements are known to this part of the largest.
 const ROUNDING: f64 = 1e-12;
 /// Triangles that are looked at together first.
@@ -72,8 +68,7 @@ pub enum OverlapKind {
     OutOfReach,
     /// Contact points are there, and what they keep apart has moved too far for contact of the unmoved bodies.
     InContact,
-    /// An obstacle has got into a face between contact points, and touches none of those of the face. What a contact that touches
-    /// elsewhere does not resolve at its edge is among them.
+    /// An obstacle reaches into a face between nodes that it does not touch, and no face beside it has a node that it touches.
     BetweenPoints,
 }
 
@@ -490,51 +485,22 @@ impl<'a> Check<'a> {
             };
             found.extend((0..mesh.nodes.len() as u32).into_par_iter().filter_map(of_node).collect::<Vec<Overlap>>());
             if !yields {
-                found.extend(self.between_points(i, obstacle, now));
+                let way = |node: u32| sub(now.u[node as usize], now.obstacles[i]);
+                let (still, rounding) = (self.still(), self.rounding);
+                let motion = Motion { mesh, outer: self.outer, still, way: &way, rounding };
+                found.extend(between_nodes(&motion, obstacle, &surface.faces).into_iter().map(|entered| Overlap {
+                    kind: OverlapKind::BetweenPoints,
+                    surface: Some(i),
+                    bodies: [self.assembly.body[entered.node as usize]; 2],
+                    faces: [None; 2],
+                    place: entered.place,
+                    depth: entered.depth,
+                    part: 1.0,
+                }));
             }
         }
         found
     }
-
-    /// Where an obstacle has got into a face between contact points none of which it touches: its forces are missing there.
-    fn between_points(&self, i: usize, obstacle: &Obstacle, now: &Moved) -> Vec<Overlap> {
-        let (mesh, held) = (self.assembly.mesh, &self.held[i]);
-        let way = |node: u32| sub(now.u[node as usize], now.obstacles[i]);
-        let is_open = |node: &u32| {
-            let x = add(mesh.nodes[*node as usize], way(*node));
-            held.binary_search(node).is_ok()
-                && obstacle.distance(x).is_none_or(|(distance, _)| distance > self.rounding)
-        };
-        let of_triangle = |t: u32| {
-            let nodes = self.outer.triangles[t as usize];
-            let entered = move |weights: [f64; 3]| {
-                let x = weighted(nodes.map(|node| mesh.nodes[node as usize]), weights);
-                let way = weighted(nodes.map(way), weights);
-                let allowed = self.rounding + ENTERED * norm(way);
-                let depth = got_in(obstacle, x, way, false, self.rounding).filter(|&depth| depth > allowed)?;
-                let bodies = [self.assembly.body[nodes[0] as usize]; 2];
-                let kind = OverlapKind::BetweenPoints;
-                Some(Overlap { kind, surface: Some(i), bodies, faces: [None; 2], place: x, depth, part: 1.0 })
-            };
-            samples().into_iter().filter_map(entered)
-        };
-        let faces = self.assembly.surfaces[i].faces.par_iter();
-        let open = faces.filter(|&&face| mesh.faces[face as usize].nodes().iter().all(is_open));
-        open.flat_map_iter(|&face| self.outer.of_face(face).flat_map(of_triangle)).collect()
-    }
-}
-
-/// How deep a point that was outside of an obstacle at rest, or is kept outside by a contact point, lies in it after it has
-/// moved by `way`.
-fn got_in(obstacle: &Obstacle, x: V3, way: V3, held: bool, rounding: f64) -> Option<f64> {
-    let entered = match obstacle {
-        _ if held => true,
-        // Behind an open surface is not inside: the way there counts.
-        Obstacle::Surface(triangles) => triangles.is_entered(x, way),
-        _ => obstacle.distance(x).is_some_and(|(distance, _)| distance >= -rounding),
-    };
-    let depth = || obstacle.distance(add(x, way)).map(|(distance, _)| -distance);
-    if entered { depth() } else { None }
 }
 
 /// Weights of the corners of a triangle at the points that are looked at.

@@ -7,7 +7,7 @@ use super::stitch::joined;
 use crate::Error;
 pub(super) use crate::mesh::facets::BORDER;
 use crate::mesh::facets::{corner_normals, normal, weighted_normal};
-use crate::mesh::v3::{V3, add, det, dot, sub};
+use crate::mesh::v3::{V3, add, cross, det, dot, norm, scale, sub};
 use crate::mesh::{Bounds, Tree, ascending};
 
 /// Degrees that count for nothing in a bend: files of single precision, and prisms of twelve sides, which bend by 30 degrees.
@@ -200,6 +200,47 @@ impl Triangles {
     }
 
     /// The unit normal of a triangle; zero if it has no area.
+    /// Where sharp edges lie behind a triangle of a body's surface, as weights of its `corners` of at least `least` and depths:
+    /// of each edge its ends or where it leaves what lies behind the triangle, no deeper than the triangle is long.
+    pub(super) fn sharp_edges_behind(&self, corners: [V3; 3], least: f64) -> Vec<([f64; 3], f64)> {
+        let [a, b, c] = corners;
+        let (ab, ac) = (sub(b, a), sub(c, a));
+        let upright = cross(ab, ac);
+        let twice_area2 = dot(upright, upright);
+        let inwards = scale(-1.0 / twice_area2.sqrt(), upright);
+        let reach = scale([ab, ac, sub(c, b)].map(norm).into_iter().fold(0.0, f64::max), inwards);
+        let behind = Bounds::around(corners.into_iter().chain(corners.map(|x| add(x, reach))));
+        // Linear in the place: weights of the corners, depth, and what is left of the reach.
+        let place = |x: V3| {
+            let (d, depth) = (sub(x, a), dot(sub(x, a), inwards));
+            let (v, w) = (dot(cross(d, ac), upright) / twice_area2, dot(cross(ab, d), upright) / twice_area2);
+            [1.0 - v - w, v, w, depth, norm(reach) - depth]
+        };
+        let mut found = Vec::new();
+        for t in self.tree.meeting(&behind) {
+            for k in (0..3).filter(|&k| self.sharp[t as usize][k] && self.across[t as usize][k] > t) {
+                let ends = [k, (k + 1) % 3].map(|k| place(self.corners(t)[k]));
+                let at =
+                    |part: f64| std::array::from_fn::<f64, 5, _>(|i| ends[0][i] + part * (ends[1][i] - ends[0][i]));
+                let (mut from, mut to) = (0.0f64, 1.0f64);
+                for (i, (first, last)) in ends[0].into_iter().zip(ends[1]).enumerate() {
+                    let bound = if i < 3 { least } else { 0.0 };
+                    let crossing = (bound - first) / (last - first);
+                    match (first < bound, last < bound) {
+                        (true, true) => to = -1.0,
+                        (true, false) => from = from.max(crossing),
+                        (false, true) => to = to.min(crossing),
+                        (false, false) => {}
+                    }
+                }
+                if from <= to {
+                    found.extend([at(from), at(to)].map(|[u, v, w, depth, _]| ([u, v, w], depth)));
+                }
+            }
+        }
+        found
+    }
+
     pub(super) fn normal(&self, t: u32) -> V3 {
         normal(&self.points, self.triangles[t as usize])
     }

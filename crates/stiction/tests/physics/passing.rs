@@ -293,3 +293,93 @@ fn a_ball_between_the_nodes_of_a_face_that_is_too_large_is_named() {
     let (force, found) = pressed(24, "hex8");
     assert!(force > 0.0 && found.is_empty(), "{force} {found:?}");
 }
+
+/// Ridges along y with their crests at `crests` (x, z), as high as they are wide on either side times `slope`.
+fn ridges(crests: &[[f64; 2]], slope: f64) -> String {
+    let facet = |[p, q, r]: [[f64; 3]; 3]| {
+        let vertex = |[x, y, z]: [f64; 3]| format!("vertex {x} {y} {z}\n");
+        format!("facet normal 0 0 0\nouter loop\n{}{}{}endloop\nendfacet\n", vertex(p), vertex(q), vertex(r))
+    };
+    let of_crest = |&[x, z]: &[f64; 2]| {
+        let [left, crest, right] = [[x - 0.3, z - 0.3 * slope], [x, z], [x + 0.3, z - 0.3 * slope]];
+        let side = |[a, b]: [[f64; 2]; 2]| {
+            let at = |[x, z]: [f64; 2], y: f64| [x, y, z];
+            facet([at(a, -1.0), at(b, -1.0), at(b, 3.0)]) + &facet([at(a, -1.0), at(b, 3.0), at(a, 3.0)])
+        };
+        side([left, crest]) + &side([crest, right]) + &side([right, left])
+    };
+    format!("solid ridges\n{}endsolid ridges\n", crests.iter().map(of_crest).collect::<String>())
+}
+
+/// A ridge between rows of nodes meets none of them, however it has come there and whatever its obstacle touches elsewhere: the crest is
+/// found where it is. Nothing is said where only nodes are met.
+#[test]
+fn a_ridge_between_rows_of_nodes_is_named() {
+    let folder = stiction_fixtures::folder::Folder::new("ridges");
+    let pressed = |crests: &[[f64; 2]], slope: f64, down: f64, element: &str| {
+        folder.write("ridges.stl", ridges(crests, slope));
+        let text = format!(
+            "[mesh]\nblock = {{ size = [2, 2, 1], cells = [4, 4, 2], element = \"{element}\" }}\n[materials.s]\nyoung = 1e3\npoisson = 0.3\n\
+             [[fix]]\non = \"z-max\"\nvalue = [0, 0, {}]\n[[contact]]\non = \"z-min\"\nagainst = {{ surface = \"ridges.stl\" }}\nfriction = \"none\"\n",
+            -down
+        );
+        let case = case::read(&folder.write("case.toml", text), &[]).unwrap();
+        let (prepared, outcome) = solved(&case);
+        assert_eq!(outcome.solution.status, Status::Solved);
+        (run::totals(&prepared, &outcome).normal_force, outcome.overlaps)
+    };
+    for element in ["hex8", "tet4", "tet10"] {
+        // Middles of edges are nodes of tet10 at 1.25.
+        for (x, slope) in [(1.12, 1.0), (1.37, 3.0), (1.12, 3.5)] {
+            // From below, half of it there already, and all of it.
+            for (crest, down) in [(0.0, 0.03), (0.015, 0.015), (0.03, 0.0), (-0.01, 0.04)] {
+                let (force, found) = pressed(&[[x, crest]], slope, down, element);
+                let [Overlap { kind: OverlapKind::BetweenPoints, place, depth, .. }] = found[..] else {
+                    panic!("{element} {slope} {crest}: {found:?}")
+                };
+                assert!(force == 0.0 && (depth - 0.03).abs() < 1e-12, "{element} {slope} {crest}: {depth}");
+                assert!((place[0] - x).abs() < 1e-12 && place[2].abs() < 1e-12, "{place:?}");
+            }
+            let (force, found) = pressed(&[[x, 0.03], [0.0, 0.0]], slope, 0.001, element);
+            assert!(force > 0.0, "{element} {slope}");
+            assert!(matches!(found[..], [Overlap { kind: OverlapKind::BetweenPoints, .. }]), "{found:?}");
+        }
+        let (force, found) = pressed(&[[1.0, 0.0]], 1.0, 0.03, element);
+        assert!(force > 0.0 && found.is_empty(), "{element}: {found:?}");
+        let (force, found) = pressed(&[[1.12, -0.03]], 1.0, 0.02, element);
+        assert!(force == 0.0 && found.is_empty(), "{element}: {found:?}");
+    }
+}
+
+/// Facets of a bore lie in the shaft by up to the rise of their arcs, and jaws on the other side of a thin plate lie behind its faces:
+/// neither reaches into anything.
+#[test]
+fn facets_and_what_lies_behind_a_thin_body_are_not_reached_into() {
+    for (element, clearance) in [("hex8", 1e-4), ("tet4", 1e-3), ("hex20", 1e-4), ("tet10", 1e-3), ("hex8", 0.0)] {
+        let text = format!(
+            "[mesh.parts.a]\nring = {{ radii = [1, 2], height = 1, degrees = 180, cells = [2, 8, 2], element = \"{element}\" }}\n\
+             [materials.s]\nyoung = 1e3\npoisson = 0.3\n[[fix]]\non = \"a.outer\"\nvalue = [0.0005, 0, 0]\n[[contact]]\non = \"a.inner\"\n\
+             against = {{ cylinder = {{ point = [0, 0, 0], axis = [0, 0, 1], radius = {} }} }}\nfriction = {{ coulomb = 0.2 }}\n",
+            1.0 - clearance
+        );
+        let (_, outcome) = solved(&case::parse(&text, "bore", &[]).unwrap());
+        assert!(outcome.overlaps.is_empty(), "{element} {clearance}: {:?}", outcome.overlaps);
+    }
+    let folder = stiction_fixtures::folder::Folder::new("jaws");
+    let below = ridges(&[[1.12, -0.01], [0.62, -0.01]], 1.0);
+    // The same upside down, on a plate 0.05 thick.
+    let turned = |line: &str| match line.strip_prefix("vertex ") {
+        Some(x) => {
+            let x: Vec<f64> = x.split(' ').map(|c| c.parse().unwrap()).collect();
+            format!("vertex {} {} {}\n", x[0], 2.0 - x[1], 0.05 - x[2])
+        }
+        None => format!("{line}\n"),
+    };
+    let above: String = below.lines().map(turned).collect();
+    folder.write("jaws.stl", below + &above);
+    let text = "[mesh]\nblock = { size = [2, 2, 0.05], cells = [4, 4, 1], element = \"hex8\" }\n[materials.s]\nyoung = 1e3\npoisson = 0.3\n\
+                [[fix]]\non = \"x-min\"\nvalue = [0, 0, 0]\n[[contact]]\non = [\"z-min\", \"z-max\"]\nagainst = { surface = \"jaws.stl\" }\n\
+                friction = \"none\"\n";
+    let (_, outcome) = solved(&case::read(&folder.write("case.toml", text), &[]).unwrap());
+    assert!(outcome.overlaps.is_empty(), "{:?}", outcome.overlaps);
+}

@@ -9,8 +9,8 @@ use super::outside::moved;
 use super::steps::slid;
 use super::tighten::Found;
 use crate::Error;
+use crate::contact::Moved;
 use crate::contact::rigid::RigidMotions;
-use crate::contact::{Moved, OverlapKind};
 use crate::fem::Solid;
 use crate::friction::{PointState, Status};
 use crate::io::case::Case;
@@ -76,9 +76,7 @@ pub(super) fn look(
         if answer.solution.status == Status::Solved {
             let from = before.take().unwrap_or_else(|| outside.at_rest());
             let (assembly, tolerance) = (outside.assembly(), answer.solution.certificate.tolerance);
-            let mut overlaps = found(&assembly, [&from, &now], tolerance, &|surface| outside.is_out(case, surface, t));
-            // Rank 0 does not know which contacts touch elsewhere.
-            overlaps.retain(|overlap| overlap.kind != OverlapKind::BetweenPoints);
+            let overlaps = found(&assembly, [&from, &now], tolerance, &|surface| outside.is_out(case, surface, t));
             let bodies = local.problem.labels.bodies.as_ref();
             let at = Whereabouts { groups: &outside.mesh.groups, bodies, contacts: &outside.contacts };
             remarks.needed = needed_searches(&overlaps, &outside.contacts, &outside.contact_of);

@@ -4,7 +4,7 @@ use super::Outcome;
 use crate::Error;
 use crate::contact::{Assembly, Counterpart, Moved, Overlap, OverlapKind, overlaps};
 use crate::fem::full_displacement;
-use crate::friction::{PointState, Status};
+use crate::friction::Status;
 use crate::io::case::{AgainstSpec, Case};
 use crate::mesh::bodies;
 use crate::mesh::v3::sub;
@@ -64,11 +64,6 @@ pub(super) fn look(prepared: &Prepared, before: &Moved, now: &Moved, outcome: &m
     // Surfaces of a contact that does not hold now may go where they like.
     let is_out = |i: usize| !surfaces[i].periods.iter().any(|&period| within(period, prepared.loading.t));
     outcome.overlaps = found(&assembly, [before, now], outcome.solution.certificate.tolerance, &is_out);
-    // Beside contact a face may be entered by what its cells do not resolve.
-    let (pairs, states) = (&prepared.problem.labels.pairs, &outcome.solution.states);
-    let touches =
-        |i: usize| pairs.get(i).is_some_and(|pair| pair.points.clone().any(|j| states[j] != PointState::Open));
-    outcome.overlaps.retain(|o| o.kind != OverlapKind::BetweenPoints || !o.surface.is_some_and(touches));
     if outcome.overlaps.iter().any(|overlap| overlap.kind.is_refused()) {
         outcome.solution.status = Status::PassesThrough;
     }
