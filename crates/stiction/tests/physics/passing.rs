@@ -323,7 +323,7 @@ fn a_ridge_between_rows_of_nodes_is_named() {
              [[fix]]\non = \"z-max\"\nvalue = [0, 0, {}]\n[[contact]]\non = \"z-min\"\nagainst = {{ surface = \"ridges.stl\" }}\nfriction = \"none\"\n",
             -down
         );
-        let case = case::read(&folder.write("case.toml", text), &[]).unwrap();
+        let case = case::read(folder.write("case.toml", text), &[]).unwrap();
         let (prepared, outcome) = solved(&case);
         assert_eq!(outcome.solution.status, Status::Solved);
         (run::totals(&prepared, &outcome).normal_force, outcome.overlaps)
@@ -380,6 +380,6 @@ fn facets_and_what_lies_behind_a_thin_body_are_not_reached_into() {
     let text = "[mesh]\nblock = { size = [2, 2, 0.05], cells = [4, 4, 1], element = \"hex8\" }\n[materials.s]\nyoung = 1e3\npoisson = 0.3\n\
                 [[fix]]\non = \"x-min\"\nvalue = [0, 0, 0]\n[[contact]]\non = [\"z-min\", \"z-max\"]\nagainst = { surface = \"jaws.stl\" }\n\
                 friction = \"none\"\n";
-    let (_, outcome) = solved(&case::read(&folder.write("case.toml", text), &[]).unwrap());
+    let (_, outcome) = solved(&case::read(folder.write("case.toml", text), &[]).unwrap());
     assert!(outcome.overlaps.is_empty(), "{:?}", outcome.overlaps);
 }
