@@ -169,6 +169,18 @@ pub enum Region {
 /// Names of the components along the axes of a cylinder: radial, tangential, axial.
 pub const CYLINDRICAL: [&str; 3] = ["r", "t", "z"];
 
+/// What a support does with its nodes in the step it begins with, if that is not the first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Beginning {
+    /// It leads them to its value on a line in time.
+    #[default]
+    Led,
+    /// They have its value at once.
+    AtOnce,
+    /// It holds them where they stand.
+    Stays,
+}
+
 /// Prescribed displacements.
 #[derive(Debug, Clone)]
 pub struct FixSpec {
@@ -180,8 +192,8 @@ pub struct FixSpec {
     pub axes: Axes,
     /// Whether the faces are a plane of symmetry.
     pub symmetry: bool,
-    /// Whether it holds its nodes where they stand when it begins.
-    pub as_it_stands: bool,
+    /// How it begins with a later step.
+    pub beginning: Beginning,
     /// The steps in which it holds.
     pub during: During,
     /// Where the file says so.

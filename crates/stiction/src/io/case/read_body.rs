@@ -1,6 +1,6 @@
 //! `[[fix]]`, `[[spring]]` and `[[load]]`: what acts on the body.
 
-use super::data::{CYLINDRICAL, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, SpringSpec, StepSpec};
+use super::data::{Beginning, CYLINDRICAL, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, SpringSpec, StepSpec};
 use super::during::During;
 use super::read_bolt::during;
 use super::read_contact::direction;
@@ -15,19 +15,20 @@ use crate::io::expression::{VARIABLES, compile};
 /// One `[[fix]]`.
 pub(super) fn fix(table: &View, steps: &[StepSpec]) -> Result<FixSpec, Error> {
     let during = during(table, steps)?;
-    let as_it_stands = match table.given("condition").and_then(|node| node.text()) {
-        None => false,
+    let beginning = match table.given("condition").and_then(|node| node.text()) {
+        None => Beginning::Led,
         Some("as-it-stands") => {
             let why = "stands beside condition = \"as-it-stands\", which holds the nodes where they are";
             table.refuse(&["value"], why, ", or `condition`")?;
-            if during.from.is_none_or(|from| from == 0) {
-                let what = "nothing has moved yet where the first step begins";
-                return Err(table.error("condition", what, "add from = \"STEP\" with a later step"));
-            }
-            true
+            Beginning::Stays
         }
+        Some("at-once") => Beginning::AtOnce,
         Some(_) => return symmetry(table, during),
     };
+    if beginning != Beginning::Led && during.from.is_none_or(|from| from == 0) {
+        let what = "nothing has moved yet where the first step begins";
+        return Err(table.error("condition", what, "add from = \"STEP\" with a later step"));
+    }
     let axes = axes(table)?;
     let letters = if matches!(axes, Axes::Cylinder { .. }) { CYLINDRICAL } else { ["x", "y", "z"] };
     let components = components(table, letters)?;
@@ -51,7 +52,7 @@ pub(super) fn fix(table: &View, steps: &[StepSpec]) -> Result<FixSpec, Error> {
         }
     }
     let on = region(table)?.unwrap_or(Region::Groups(Vec::new()));
-    Ok(FixSpec { on, value, axes, symmetry: false, as_it_stands, during, spot: table.spot() })
+    Ok(FixSpec { on, value, axes, symmetry: false, beginning, during, spot: table.spot() })
 }
 
 /// What the components count along.
@@ -74,7 +75,7 @@ fn symmetry(table: &View, during: During) -> Result<FixSpec, Error> {
     table.refuse(&["components", "value", "axes"], why, ", or `condition`")?;
     let on = extended_region(table, "symmetry")?.unwrap_or(Region::Groups(Vec::new()));
     let (value, axes, spot) = ([None, None, None], Axes::Global, table.spot());
-    Ok(FixSpec { on, value, axes, symmetry: true, as_it_stands: false, during, spot })
+    Ok(FixSpec { on, value, axes, symmetry: true, beginning: Beginning::Led, during, spot })
 }
 
 /// One `[[spring]]`.

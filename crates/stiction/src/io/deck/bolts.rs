@@ -7,6 +7,7 @@ use super::text::{of_card, quoted, triple};
 use super::write::Writer;
 use crate::Error;
 use crate::io::abaqus::Card;
+use crate::mesh::v3::{add, cross, dot, scale, sub};
 
 /// A cut through a bolt, whose force and shortening are those of a node in direction 1.
 pub(super) struct BoltCard<'a> {
@@ -62,6 +63,27 @@ impl<'a> Reader<'a> {
 }
 
 impl Writer<'_, '_> {
+    /// The sum of the normals of faces, out of their elements; of any length.
+    fn outward(&self, faces: &[(u32, u8)]) -> [f64; 3] {
+        let input = self.reader.input;
+        let mut sum = [0.0; 3];
+        for &(element, side) in faces {
+            let Some(corners) = input.corners(element, side) else { continue };
+            let x = corners.map(|node| if node == u32::MAX { None } else { Some(input.node(node)) });
+            let [Some(a), Some(b), Some(c), d] = x else { continue };
+            let normal = match d {
+                Some(d) => cross(sub(c, a), sub(d, b)),
+                None => cross(sub(b, a), sub(c, a)),
+            };
+            let nodes = input.nodes_of(element);
+            let middle = nodes.iter().fold([0.0; 3], |sum, &node| add(sum, input.node(node)));
+            let middle = scale(1.0 / nodes.len() as f64, middle);
+            let is_outward = dot(normal, sub(a, middle)) > 0.0;
+            sum = add(sum, if is_outward { normal } else { scale(-1.0, normal) });
+        }
+        sum
+    }
+
     pub(super) fn bolts(&mut self) -> Result<(), Error> {
         for number in 0..self.reader.bolts.len() {
             let bolt = &self.reader.bolts[number];
@@ -95,6 +117,9 @@ impl Writer<'_, '_> {
             self.out.table("[[bolt]]", of_card(card));
             self.out.line("on", &quoted(&group));
             if let Some(normal) = normal {
+                if dot(normal, self.outward(&faces)) < 0.0 {
+                    value = value.times(-1.0);
+                }
                 self.out.line("axis", &triple(normal));
             }
             self.out.line(tightened.0, &value.toml());

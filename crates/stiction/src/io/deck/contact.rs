@@ -259,9 +259,12 @@ impl<'a> Reader<'a> {
     fn adjusted(&mut self, card: &Card, adjust: Option<&str>, slave: &Named) -> Result<Gap, Error> {
         let Some(adjust) = adjust else { return Ok(Gap::AsMeshed) };
         match adjust.parse::<f64>() {
-            Ok(length) if length > 0.0 && length.is_finite() => return Ok(Gap::ClosedWithin(length)),
-            Ok(0.0) => return Ok(Gap::AsMeshed),
-            Ok(_) => return Err(card.error(format!("ADJUST={adjust} is no length"), "give a positive one")),
+            Ok(length) if length >= 0.0 && length.is_finite() => return Ok(Gap::ClosedWithin(length)),
+            Ok(_) => {
+                return Err(
+                    card.error(format!("ADJUST={adjust} is no length"), "give a positive one, or 0 for overlaps alone")
+                );
+            }
             Err(_) => {}
         }
         let scope = self.scope(card);

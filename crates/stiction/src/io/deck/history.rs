@@ -12,8 +12,11 @@ pub(super) enum Course {
     Ramp,
     /// At once.
     Instant,
-    /// Times an amplitude, by its number.
+    /// Times an amplitude, by its number. In later steps that do not name it the value stays, unless the amplitude runs through all
+    /// steps.
     Amplitude(usize),
+    /// Times an amplitude that begins anew with each step: temperatures.
+    Anew(usize),
     /// It stays where it is.
     Stays,
     /// It ends with the step before.
@@ -28,6 +31,8 @@ pub(super) struct Span {
     pub last: Option<usize>,
     /// Whether it is held where it stands when they begin.
     pub stays: bool,
+    /// Whether it has its value at once when they begin, not on a line.
+    pub at_once: bool,
 }
 
 /// A value that a step gives.
@@ -122,7 +127,8 @@ impl Histories {
                 }
             }
             if change.course != Course::Ends {
-                spans.push(Span { first, last: None, stays });
+                let at_once = !stays && change.course != Course::Ramp;
+                spans.push(Span { first, last: None, stays, at_once });
             }
         }
         spans
@@ -132,6 +138,7 @@ impl Histories {
     /// at one time are a jump.
     pub(super) fn knots(&self, id: u32, start: f64, steps: &[[f64; 2]], amplitudes: &[Amplitude]) -> Vec<[f64; 2]> {
         let (mut knots, mut active): (Vec<[f64; 2]>, Option<(f64, usize)>) = (vec![[0.0, start]], None);
+        let mut anew = false;
         for (number, &[begin, end]) in steps.iter().enumerate() {
             let now = knots.last().map_or(start, |knot| knot[1]);
             let change = self.list[id as usize].iter().find(|change| change.step == number);
@@ -140,13 +147,19 @@ impl Histories {
                 Some((value, Course::Instant)) => {
                     (active, knots) = (None, [knots, vec![[begin, value], [end, value]]].concat());
                 }
-                Some((value, Course::Amplitude(which))) => active = Some((value, which)),
+                Some((value, course @ (Course::Amplitude(which) | Course::Anew(which)))) => {
+                    active = Some((value, which));
+                    anew = amplitudes[which].total || matches!(course, Course::Anew(_));
+                }
                 Some((_, Course::Stays | Course::Ends)) => {
                     active = None;
                     knots.push([end, now]);
                 }
-                None if active.is_none() => knots.push([end, now]),
-                None => {}
+                None if active.is_some() && anew => {}
+                None => {
+                    active = None;
+                    knots.push([end, now]);
+                }
             }
             if let Some((value, which)) = active {
                 let amplitude = &amplitudes[which];
@@ -235,6 +248,7 @@ impl Value {
     /// The value times a factor.
     pub(super) fn times(self, factor: f64) -> Value {
         match self {
+            value if factor == 1.0 => value,
             Value::Number(x) => Value::Number(x * factor),
             Value::Expression(text) => Value::Expression(format!("({text})*{factor}")),
         }

@@ -21,11 +21,22 @@ pub(super) struct OnCells<'a> {
 
 /// What acts on the mass.
 pub(super) enum CellLoad {
-    /// Histories of the components of the acceleration.
-    Gravity([u32; 3]),
+    /// Unit direction and the history of the acceleration.
+    Gravity([f64; 3], u32),
     /// Point, axis and the history of the squared speed.
     Rotation([f64; 3], [f64; 3], u32),
 }
+
+impl CellLoad {
+    fn history(&self) -> u32 {
+        match self {
+            CellLoad::Gravity(_, id) | CellLoad::Rotation(_, _, id) => *id,
+        }
+    }
+}
+
+/// Unit directions that differ by less are one.
+const ONE_DIRECTION: f64 = 1e-10;
 
 /// A pressure on a surface.
 pub(super) struct OnSurface<'a> {
@@ -127,17 +138,21 @@ impl<'a> Reader<'a> {
         if length == 0.0 || !length.is_finite() {
             return Err(row.error("the acceleration has no direction", "give a vector as the last three fields"));
         }
+        let along = along.map(|x| x / length);
         let step = self.step_number();
-        let before = match self.on_the_same(&label, &elements).map(|load| &load.kind) {
-            Some(CellLoad::Gravity(ids)) => ids.map(Some),
-            _ => [None; 3],
+        // Accelerations of different directions add up.
+        let is_along = |kind: &CellLoad| match kind {
+            CellLoad::Gravity(other, _) => (0..3).all(|c| (along[c] - other[c]).abs() <= ONE_DIRECTION),
+            CellLoad::Rotation(..) => false,
         };
-        let mut ids = [NONE; 3];
-        for c in 0..3 {
-            let id = self.histories.change(before[c], step, size * along[c] / length, course, true);
-            ids[c] = id.ok_or_else(|| courses(&row))?;
+        let found = self.on_the_same(&label, &elements).into_iter().find(|&i| is_along(&self.on_cells[i].kind));
+        let before = found.map(|i| self.on_cells[i].kind.history());
+        let id = self.histories.change(before, step, size, course, true).ok_or_else(|| courses(&row))?;
+        let kind = CellLoad::Gravity(along, id);
+        match found {
+            Some(i) => self.on_cells[i].kind = kind,
+            None => self.on_cells.push(OnCells { row, name, elements, label, kind }),
         }
-        self.keep(OnCells { row, name, elements, label, kind: CellLoad::Gravity(ids) });
         Ok(())
     }
 
@@ -160,27 +175,25 @@ impl<'a> Reader<'a> {
             return Err(row.error("the axis has no direction", "give a vector as the last three fields"));
         }
         let step = self.step_number();
-        let before = match self.on_the_same(&label, &elements).map(|load| &load.kind) {
+        let found = self.on_the_same(&label, &elements).first().copied();
+        let before = match found.map(|i| &self.on_cells[i].kind) {
             Some(CellLoad::Rotation(p, a, id)) if *p == point && *a == axis => Some(*id),
             Some(_) => return Err(row.error("the rotation has another axis in an earlier step", "keep its axis")),
             None => None,
         };
         let id = self.histories.change(before, step, square, course, true).ok_or_else(|| courses(&row))?;
-        self.keep(OnCells { row, name, elements, label, kind: CellLoad::Rotation(point, axis, id) });
+        let kind = CellLoad::Rotation(point, axis, id);
+        match found {
+            Some(i) => self.on_cells[i].kind = kind,
+            None => self.on_cells.push(OnCells { row, name, elements, label, kind }),
+        }
         Ok(())
     }
 
-    /// The load of one kind on these elements that was given before.
-    fn on_the_same(&mut self, label: &str, elements: &[u32]) -> Option<&mut OnCells<'a>> {
-        self.on_cells.iter_mut().find(|load| load.label == label && load.elements == elements)
-    }
-
-    /// Keeps a load in the place of that on the same elements.
-    fn keep(&mut self, load: OnCells<'a>) {
-        match self.on_the_same(&load.label, &load.elements) {
-            Some(old) => old.kind = load.kind,
-            None => self.on_cells.push(load),
-        }
+    /// Loads of one kind on these elements that were given before.
+    fn on_the_same(&self, label: &str, elements: &[u32]) -> Vec<usize> {
+        let is_one = |&i: &usize| self.on_cells[i].label == label && self.on_cells[i].elements == elements;
+        (0..self.on_cells.len()).filter(is_one).collect()
     }
 
     pub(super) fn dsload(&mut self, card: &'a Card) -> Result<(), Error> {
@@ -218,8 +231,7 @@ impl<'a> Reader<'a> {
         on_surfaces.iter_mut().for_each(|it| end(&mut it.history));
         for load in on_cells {
             match &mut load.kind {
-                CellLoad::Gravity(ids) => ids.iter_mut().for_each(&mut end),
-                CellLoad::Rotation(_, _, id) => end(id),
+                CellLoad::Gravity(_, id) | CellLoad::Rotation(_, _, id) => end(id),
             }
         }
         Ok(())
@@ -230,7 +242,11 @@ impl<'a> Reader<'a> {
         if self.renews(card)? && self.temperatures.iter().any(|&id| id != NONE) {
             return Err(card.error("OP=NEW ends temperatures of earlier steps", "give the temperatures of each step"));
         }
-        let (course, step) = (self.course(card)?, self.step_number());
+        let course = match self.course(card)? {
+            Course::Amplitude(which) => Course::Anew(which),
+            course => course,
+        };
+        let step = self.step_number();
         for row in card.rows() {
             let nodes = self.nodes(&row, 0)?;
             let value = row.value(1, "the temperature")?;

@@ -166,10 +166,7 @@ impl Reader<'_> {
         for load in self.on_cells.iter().filter(|_| swept.family == Family::Axisymmetric) {
             let along = |v: [f64; 3]| v[0].hypot(v[2]) <= 1e-9 * v[1].abs();
             let fits = match &load.kind {
-                CellLoad::Gravity(_) => {
-                    let field = |i: usize| load.row.number(i).ok().flatten().unwrap_or(0.0);
-                    along([field(3), field(4), field(5)])
-                }
+                CellLoad::Gravity(direction, _) => along(*direction),
                 CellLoad::Rotation(point, axis, _) => along(*axis) && point[0] == 0.0 && point[2] == 0.0,
             };
             if !fits {

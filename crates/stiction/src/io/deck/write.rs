@@ -266,6 +266,9 @@ impl Writer<'_, '_> {
                     self.out.line("condition", "\"as-it-stands\"");
                     continue;
                 }
+                if stretch.at_once && stretch.first > 0 {
+                    self.out.line("condition", "\"at-once\"");
+                }
                 let values = held.iter().map(|&c| self.value(ids[c], 0.0, card)).collect::<Result<Vec<_>, _>>()?;
                 if values.iter().any(|value| *value != Value::Number(0.0)) {
                     let values: Vec<String> = values.iter().map(Value::toml).collect();
@@ -342,9 +345,11 @@ impl Writer<'_, '_> {
             self.out.table("[[load]]", of_row(&it.row));
             self.out.line("on", &quoted(&group));
             match &it.kind {
-                CellLoad::Gravity(ids) => {
-                    let [x, y, z] = ids.map(|id| self.value(id, 0.0, it.row.card));
-                    self.out.line("gravity", &format!("[{}, {}, {}]", x?.toml(), y?.toml(), z?.toml()));
+                CellLoad::Gravity(direction, id) => {
+                    let size = self.value(*id, 0.0, it.row.card)?;
+                    let [x, y, z] =
+                        direction.map(|c| if c == 0.0 { Value::Number(0.0) } else { size.clone().times(c) });
+                    self.out.line("gravity", &format!("[{}, {}, {}]", x.toml(), y.toml(), z.toml()));
                 }
                 CellLoad::Rotation(point, axis, id) => {
                     let speed = match self.value(*id, 0.0, it.row.card)? {

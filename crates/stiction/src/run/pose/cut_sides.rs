@@ -4,7 +4,7 @@ use super::bolts::Bolt;
 use super::regions;
 use crate::Error;
 use crate::fem::DofMap;
-use crate::io::case::{AgainstSpec, BoltSpec, Case};
+use crate::io::case::{AgainstSpec, BoltSpec, Case, Region, Spot};
 use crate::mesh::v3::{V3, dot, mean, scale};
 use crate::mesh::{Mesh, ascending};
 
@@ -49,14 +49,18 @@ fn others(mesh: &Mesh, nodes: &[u32], cells: &[u32]) -> Vec<u32> {
 
 /// Boundary faces of bodies that contacts name.
 fn contact_faces(mesh: &Mesh, case: &Case) -> impl Iterator<Item = u32> {
-    let surfaces = case.contacts.iter().flat_map(|contact| {
+    contact_regions(case).flat_map(|(region, spot)| regions::boundary_faces(mesh, region, spot))
+}
+
+/// What contacts name of bodies.
+fn contact_regions(case: &Case) -> impl Iterator<Item = (&Region, &Spot)> {
+    case.contacts.iter().flat_map(|contact| {
         let other = match &contact.against {
             AgainstSpec::Surface { region, .. } => Some((region, &contact.spot)),
             _ => None,
         };
         std::iter::once((&contact.on, &contact.spot)).chain(other)
-    });
-    surfaces.flat_map(|(region, spot)| regions::boundary_faces(mesh, region, spot))
+    })
 }
 
 /// Of the cosine between the normal of a face and the axis of a bolt: from here on what presses on the face counts as force along it.
@@ -118,10 +122,13 @@ pub(super) fn refuse_loose(mesh: &Mesh, case: &Case, dofs: &DofMap, bolt: &Bolt)
         return Ok(());
     }
     let mut taken = vec![false; mesh.nodes.len()];
-    let faces: Vec<u32> = contact_faces(mesh, case).collect();
     // A plane of symmetry along the bolt takes nothing of its force.
     let held = dofs.prescribed.iter().filter(|&&dof| holds_along(dofs, dof, bolt.cut.axis)).map(|dof| dof / 3);
-    mesh.face_nodes(&faces).into_iter().chain(held).for_each(|node| taken[node as usize] = true);
+    held.for_each(|node| taken[node as usize] = true);
+    // Contact node by node names nodes that make up no face.
+    for (region, spot) in contact_regions(case) {
+        regions::nodes(mesh, region, spot)?.into_iter().for_each(|node| taken[node as usize] = true);
+    }
     for load in &case.loads {
         let Some(region) = &load.on else { return Ok(()) };
         regions::nodes(mesh, region, &load.spot)?.into_iter().for_each(|node| taken[node as usize] = true);

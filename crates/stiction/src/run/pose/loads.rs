@@ -14,7 +14,8 @@ use crate::fem::{
     Axes, DofMap, Field, Fix, Load, Nodal, Solid, Spring, Temperature, dof_map, external_forces, unconstrained_motions,
 };
 use crate::io::case::{
-    AgainstSpec, CYLINDRICAL, Case, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, Spot, SpringSpec, StepSpec,
+    AgainstSpec, Beginning, CYLINDRICAL, Case, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, Spot, SpringSpec,
+    StepSpec,
 };
 use crate::io::text::triple;
 use crate::mesh::v3::{V3, add, cross, dot, norm, scale};
@@ -77,8 +78,11 @@ pub(crate) fn timed_fix(spec: &FixSpec, fix: Fix, steps: &[StepSpec]) -> TimedFi
     let period = spec.during.period(steps);
     let start = match spec.during.from.filter(|_| period[0].is_finite()) {
         None => Start::AtOnce,
-        Some(_) if spec.as_it_stands => Start::Stays,
-        Some(step) => Start::Until(steps[step].until),
+        Some(step) => match spec.beginning {
+            Beginning::Led => Start::Until(steps[step].until),
+            Beginning::AtOnce => Start::AtOnce,
+            Beginning::Stays => Start::Stays,
+        },
     };
     TimedFix { fix, period, start, spot: spec.spot.clone() }
 }

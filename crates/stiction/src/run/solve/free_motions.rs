@@ -13,6 +13,8 @@ use crate::linalg::{SmallCholesky, axpy, dot, max_abs};
 const UNSEEN: f64 = 1e-6;
 /// Moving back by less than this part of the largest displacement changes nothing that is read.
 const NOTHING: f64 = 1e-6;
+/// A displacement that no rigid motion has, over the largest before, that is rounding.
+const STRAIN: f64 = 1e-12;
 /// Of jumps, over the largest.
 const ROUNDING: f64 = 1e-10;
 
@@ -64,9 +66,29 @@ pub(super) fn move_back(
     }
     let mut u = solution.u.clone();
     axpy(1.0, &change, &mut u);
+    take_out_rounding(motions, &change, &solution.u, &mut u);
     let certificate = certify(problem, &u, &solution.lambda, tolerance);
     if certificate.passed || !solution.certificate.passed {
         (solution.u, solution.certificate) = (u, certificate);
+    }
+}
+
+/// A body without strain that has come back from far keeps the rounding of where it was, which its certificate takes for forces: such
+/// a body moves rigidly.
+fn take_out_rounding(motions: &RigidMotions, change: &[f64], before: &[f64], u: &mut [f64]) {
+    for body in &motions.bodies {
+        let of = |values: &[f64]| body.unknowns.iter().map(|&i| values[i as usize]).collect::<Vec<f64>>();
+        if max_abs(&of(change)) == 0.0 {
+            continue;
+        }
+        let mut strained = of(u);
+        for motion in &body.motions {
+            let weight = dot(motion, &strained);
+            axpy(-weight, motion, &mut strained);
+        }
+        if max_abs(&strained) <= STRAIN * max_abs(&of(before)) {
+            body.unknowns.iter().zip(&strained).for_each(|(&i, strained)| u[i as usize] -= strained);
+        }
     }
 }
 

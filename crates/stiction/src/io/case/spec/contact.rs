@@ -40,9 +40,9 @@ static CLOSED: Rules = Rules {
     keys: &[
         key(
             "closed_within",
-            Kind::Number(POSITIVE),
+            Kind::Number(NOT_NEGATIVE),
             "closed_within = 0.01",
-            "Where the meshes are no farther apart than this, or overlap, they touch.",
+            "Where the meshes are no farther apart than this, or overlap, they touch; 0 closes overlaps alone.",
         )
         .unit("length"),
         key(

@@ -35,6 +35,7 @@ const CONDITION: Kind = choice(&[
         "a plane of symmetry: no displacement along the normal of the faces, which are flat and may look anywhere",
     ),
     ("as-it-stands", "held where it stands when the step of `from` begins"),
+    ("at-once", "`value` holds from the beginning of the step of `from`, which otherwise leads to it on a line"),
 ]);
 
 pub(super) static SPRING: Rules = Rules {
