@@ -7,7 +7,7 @@ use std::sync::Arc;
 use stiction::io::case::{self, MeshSource};
 use stiction::mesh::{Group, MeshNotes, Order, block as make_block, refine, tetrahedra};
 use stiction::run::{Outcome, Prepared, Settings, StepRecord, bolt_states, prepare, report, solve, solve_steps};
-use stiction_fixtures::case_run::{CORNER, block, solved};
+use stiction_fixtures::case_run::{CORNER, block, solved, solved_case};
 
 /// The joint of `cases/pretension`, whose bolt and plate float, with some values changed.
 fn joint(set: &[(&str, &str)]) -> (Outcome, Prepared) {
@@ -207,4 +207,46 @@ fn a_cut_between_cells_is_the_same_on_refined_cells() {
             at = refine(&at, &some, 2).unwrap().next;
         }
     }
+}
+
+/// A lap joint in metres whose second bolt has no force yet: nothing moves its shank, head and nut sideways. The
+/// rounding of where the iteration has left them is no force.
+#[test]
+fn a_bolt_without_force_stays_where_it_is() {
+    let case_in = |mm: f64| {
+        let block = |name: &str, size: [f64; 3], origin: [f64; 3], cells: [usize; 3]| {
+            let [size, origin] = [size, origin].map(|x| x.map(|c| c * mm));
+            format!(
+                "[mesh.parts.{name}]\nblock = {{ size = {size:?}, origin = {origin:?}, cells = {cells:?}, element = \"tet10\" }}\n"
+            )
+        };
+        let contact = |on: &str, against: &str, law: &str| {
+            format!("[[contact]]\non = \"{on}\"\nagainst = \"{against}\"\n{law}\n")
+        };
+        let friction = "friction = { coulomb = 0.3 }";
+        let mut parts = block("lower", [60.0, 20.0, 10.0], [-30.0, -10.0, 0.0], [12, 4, 2]);
+        parts += &block("upper", [60.0, 20.0, 10.0], [-30.0, -10.0, 10.0], [10, 4, 2]);
+        let mut rest = contact("upper.z-min", "lower.z-max", &format!("{friction}\ngap = {:e}", -0.01 * mm));
+        for (n, x, force) in [(1, -18.0, "1e4*min(1, t)"), (2, 18.0, "8e3*max(0, t - 1)")] {
+            parts += &block(&format!("shank{n}"), [4.0, 4.0, 20.0], [x - 2.0, -2.0, 0.0], [2, 2, 6]);
+            parts += &block(&format!("head{n}"), [8.0, 8.0, 4.0], [x - 4.0, -4.0, 20.0], [4, 4, 2]);
+            parts += &block(&format!("nut{n}"), [8.0, 8.0, 4.0], [x - 4.0, -4.0, -4.0], [4, 4, 2]);
+            rest += &contact(&format!("head{n}.z-min"), "upper.z-max", friction);
+            rest += &contact(&format!("nut{n}.z-max"), "lower.z-min", friction);
+            rest += &contact(&format!("shank{n}.z-max"), &format!("head{n}.z-min"), "friction = \"bonded\"");
+            rest += &contact(&format!("shank{n}.z-min"), &format!("nut{n}.z-max"), "friction = \"bonded\"");
+            rest += &format!("[[bolt]]\non = \"shank{n}\"\naxis = [0, 0, 1]\nforce = \"{force}\"\n");
+        }
+        let steel =
+            format!("[materials.s]\nyoung = {:e}\npoisson = 0.3\n[[fix]]\non = \"lower.x-min\"\n", 2.1e5 / (mm * mm));
+        case::parse(&format!("{parts}{steel}{rest}[[step]]\nuntil = 1\n[solver]\npath = \"multigrid\"\n"), "joint", &[])
+            .unwrap()
+    };
+    let mm = 1e-3;
+    let (outcome, prepared) = solved_case(&case_in(mm));
+    let second = (0..prepared.mesh.nodes.len())
+        .filter(|&i| prepared.mesh.nodes[i][0] > 0.0 && prepared.mesh.nodes[i][2] > 20.5 * mm);
+    let sideways = second.map(|i| outcome.solution.u[3 * i].hypot(outcome.solution.u[3 * i + 1])).fold(0.0, f64::max);
+    let largest = outcome.solution.u.iter().fold(0.0f64, |m, u| m.max(u.abs()));
+    assert!(largest > 0.01 * mm && sideways < 1e-6 * largest, "{sideways:e} of {largest:e}");
 }

@@ -99,6 +99,11 @@ fn a_pretension_section_is_tightened_by_its_node_and_locked() {
     // Locked, and its end pulled away by a thousandth of its length.
     let locked = "*CLOAD, OP=NEW\n*BOUNDARY, FIXED\n99, 1, 1\n*BOUNDARY\nNtop, 3, 3, 0.003\n";
     all(tension(&(step("*CLOAD\n99, 1, 10.\n") + &step(locked))), 11.0);
+    // A vector into the elements of the surface turns the signs.
+    let turned = |steps: &str| stress(&solved(&bolt(steps).replace("0., 0., 1.\n*B", "0., 0., -1.\n*B")));
+    all(turned(&step("*CLOAD\n99, 1, -10.\n")).iter().map(|s| s[2]).collect(), 10.0);
+    all(turned(&step("*BOUNDARY\n99, 1, 1, -0.03\n")).iter().map(|s| s[2]).collect(), 10.0);
+    all(turned(&step("*BOUNDARY\n99, 1, 1, 0.03\n")).iter().map(|s| s[2]).collect(), -10.0);
     for (steps, word) in [
         (step(""), "nothing tightens this bolt: node 99"),
         (step("*CLOAD\n99, 1, 10.\n") + &step("*BOUNDARY\n99, 1, 1, 0.1\n"), "a force and a displacement"),
@@ -109,6 +114,42 @@ fn a_pretension_section_is_tightened_by_its_node_and_locked() {
     }
     let shared = bolt(&step("")).replace("NODE=99", "NODE=5");
     assert!(read(&shared).unwrap_err().what.contains("belongs to an element"));
+}
+
+/// A shank with a head on one side, of which two nodes that make up no face press on an anvil: they carry the whole force.
+#[test]
+fn nodes_that_make_up_no_face_take_the_force_of_a_bolt() {
+    let mut text = "*NODE, NSET=Nall\n".to_string();
+    let at = |x: usize, y: usize, z: usize| 1 + x + 3 * y + 6 * z;
+    for (z, y, x) in (0..4).flat_map(|z| (0..2).flat_map(move |y| (0..3).map(move |x| (z, y, x)))) {
+        text += &format!("{}, {x}, {y}, {z}\n{}, {x}, {y}, {z}\n", at(x, y, z), 100 + at(x, y, z));
+    }
+    text += "99, 0.5, 0.5, 1.\n";
+    let mut number = 0;
+    for (set, shift, cubes) in [("E", 0, &[[0, 0], [0, 1], [0, 2], [1, 2]][..]), ("Anvil", 100, &[[1, 1]])] {
+        text += &format!("*ELEMENT, TYPE=C3D8, ELSET={set}\n");
+        for &[x, z] in cubes {
+            let corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)];
+            let nodes = corners.map(|(a, b, c)| (shift + at(x + a, b, z + c)).to_string());
+            number += 1;
+            text += &format!("{number}, {}\n", nodes.join(", "));
+        }
+    }
+    let (a, b) = (at(1, 0, 2), at(2, 1, 2));
+    text += &format!(
+        "*NSET, NSET=Nend\n1, 2, 4, 5\n*NSET, NSET=Nanvil\n{}, {}, {}, {}\n*NSET, NSET=Nhead\n{a}, {b}\n*SURFACE, NAME=Cut\n1, S2\n\
+         *SURFACE, NAME=Top\n5, S2\n*SURFACE, NAME=Head, TYPE=NODE\nNhead,\n*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n\
+         *SOLID SECTION, ELSET=E, MATERIAL=M\n*SOLID SECTION, ELSET=Anvil, MATERIAL=M\n*SURFACE INTERACTION, NAME=Si\n\
+         *CONTACT PAIR, INTERACTION=Si, TYPE=NODE TO SURFACE\nHead, Top\n*PRE-TENSION SECTION, SURFACE=Cut, NODE=99\n\
+         *BOUNDARY\nNend, 1, 3\nNanvil, 1, 3\n{}",
+        100 + at(1, 0, 1),
+        100 + at(2, 0, 1),
+        100 + at(1, 1, 1),
+        100 + at(2, 1, 1),
+        step("*CLOAD\n99, 1, 10.\n")
+    );
+    let run = solved(&text);
+    is(pair_totals(&run.1, &run.0)[0].1.normal_force, 10.0, 10.0);
 }
 
 #[test]

@@ -47,6 +47,80 @@ fn at_ends(run: &(Outcome, Prepared), values: &[f64]) -> Vec<f64> {
     ends.map(|i| values[i]).collect()
 }
 
+/// A course over the time of a step ends with it: what it has come to stays. One over all steps goes on, and that of temperatures begins
+/// anew with each step.
+#[test]
+fn what_an_amplitude_has_come_to_stays_in_later_steps() {
+    let amplitude = |more: &str| format!("*AMPLITUDE, NAME=A{more}\n0., 0., 0.5, 1., 1., 0.5, 1.5, 1., 2., 0.2\n");
+    let loads = [
+        ("*DLOAD, AMPLITUDE=A\n2, P2, 10.\n", 10.0),
+        ("*CLOAD, AMPLITUDE=A\nNtop, 3, -2.5\n", 10.0),
+        ("*DSLOAD, AMPLITUDE=A\nStop, P, 10.\n", 10.0),
+        ("*BOUNDARY, AMPLITUDE=A\nNtop, 3, 3, -0.02\n", 10.0),
+    ];
+    for (load, full) in loads {
+        for (total, last) in [("", 0.5), (", TIME=TOTAL TIME", 0.2)] {
+            let text = with(&press(&["*BOUNDARY\nNall, 1, 2\n"]), "*DLOAD\n2, P2, 10.\n", load);
+            let text = with(&text, "*SURFACE INTERACTION", &(amplitude(total) + "*SURFACE INTERACTION"));
+            let run = solved(&text);
+            are(&at_ends(&run, &normal_forces(&run)), &[0.5 * full, last * full]);
+        }
+    }
+    // Both ends are held: the column is pressed by modulus * 1e-3 * heating.
+    let heat = "*BOUNDARY\nNtop, 1, 3\n*TEMPERATURE, AMPLITUDE=A\nNall, 10.\n";
+    let text = with(&press(&["*BOUNDARY\nNtop, 1, 3\n"]), "*DLOAD\n2, P2, 10.\n", heat);
+    let text = with(&text, "*SURFACE INTERACTION", &(amplitude("") + "*SURFACE INTERACTION"));
+    let run = solved(&with(
+        &text,
+        "*STEP\n*STATIC\n1., 1.\n",
+        "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nNall, 0.\n*STEP\n*STATIC\n0.5, 1.\n",
+    ));
+    let forces = normal_forces(&run);
+    are(&at_ends(&run, &forces), &[5.0, 5.0]);
+}
+
+/// Elongation is density g / modulus times length squared / 2, and accelerations along several directions act together.
+#[test]
+fn gravity_of_another_direction_is_added() {
+    let pulled = |steps: &[&str]| {
+        let run = solved(&with(
+            &press(steps),
+            "*DLOAD\n2, P2, 10.\n",
+            "*BOUNDARY\nNall, 1, 2\n*DLOAD\nEall, GRAV, 5., 0., 0., -1.\n",
+        ));
+        pair_totals(&run.1, &run.0)[0].1.normal_force
+    };
+    let sink = |g: f64| 2.0 * g;
+    for (steps, g) in [
+        (vec![], 5.0),
+        // Of one direction a later step replaces it, of another it is added, and OP=NEW ends all.
+        (vec!["*DLOAD\nEall, GRAV, 7., 0., 0., -2.\n"], 7.0),
+        (vec!["*DLOAD\nEall, GRAV, 2., 1., 0., 0.\n"], 5.0),
+        (vec!["*DLOAD\nEall, GRAV, -2., 0., 0., 1.\n"], 7.0),
+        (vec!["*DLOAD\nEall, GRAV, 2., 0., 0., 1.\n", "*DLOAD\nEall, GRAV, 1., 0., 0., 1.\n"], 4.0),
+        (vec!["*DLOAD, OP=NEW\nEall, GRAV, 2., 0., 0., -1.\n"], 2.0),
+    ] {
+        are(&[pulled(&steps)], &[sink(g)]);
+    }
+}
+
+/// A support that a later step names first leads its nodes there from where they stand; with an amplitude, or in a step whose values hold at
+/// once, they have its value from the beginning.
+#[test]
+fn a_support_of_a_later_step_follows_its_amplitude() {
+    let later = |step: &str, card: &str| {
+        let text =
+            press(&[]) + &format!("*STEP{step}\n*STATIC, DIRECT\n0.25, 1.\n{card}\nNtop, 3, 3, -0.04\n*END STEP\n");
+        let text =
+            with(&text, "*SURFACE INTERACTION", "*AMPLITUDE, NAME=A\n0., 0., 0.5, 1., 1., 0.5\n*SURFACE INTERACTION");
+        normal_forces(&solved(&with(&text, "NBOTTOM, 1, 3\n", "NBOTTOM, 1, 3\nNall, 1, 2\n")))
+    };
+    // The pressure has brought the top down by 0.02, and 0.04 takes a force of 20.
+    are(&later("", "*BOUNDARY"), &[10.0, 12.5, 15.0, 17.5, 20.0]);
+    are(&later("", "*BOUNDARY, AMPLITUDE=A"), &[10.0, 10.0, 20.0, 15.0, 10.0]);
+    are(&later(", AMPLITUDE=STEP", "*BOUNDARY"), &[10.0, 20.0, 20.0, 20.0, 20.0]);
+}
+
 /// Each of the two cubes gives way by force/1000.
 #[test]
 fn supports_that_are_not_named_again_are_released() {

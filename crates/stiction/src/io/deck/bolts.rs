@@ -119,6 +119,8 @@ impl Writer<'_, '_> {
             if let Some(normal) = normal {
                 if dot(normal, self.outward(&faces)) < 0.0 {
                     value = value.times(-1.0);
+                    let note = "*PRE-TENSION SECTION: the vector looks into the elements of the surface: the signs of force and shortening are turned";
+                    self.reader.notes.add(note);
                 }
                 self.out.line("axis", &triple(normal));
             }
