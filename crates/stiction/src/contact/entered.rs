@@ -50,7 +50,9 @@ pub(super) fn between_nodes(motion: &Motion, obstacle: &Obstacle, faces: &[u32])
     // None beyond the border of an open surface.
     let distances: HashMap<u32, Option<f64>> =
         nodes.par_iter().map(|&node| (node, obstacle.distance(at(node)).map(|(distance, _)| distance))).collect();
-    let touches = |node: &u32| distances[node].is_some_and(|distance| distance <= rounding);
+    // Nodes in contact are kept out along the normals of where they were: on a curved surface they come off it by the second order.
+    let touches =
+        |node: &u32| distances[node].is_some_and(|distance| distance <= rounding + ENTERED * norm((motion.way)(*node)));
     let mut beside = vec![false; mesh.nodes.len()];
     for &face in faces {
         let nodes = mesh.faces[face as usize].nodes();
