@@ -95,7 +95,7 @@ fn of_triangle(motion: &Motion, obstacle: &Obstacle, t: u32, gap: Option<f64>) -
             return None;
         }
         let depth = inside.max(edge);
-        let has_moved_in = got_in(obstacle, x, way, false, rounding).is_some();
+        let has_moved_in = comes_from_outside(obstacle, x, way, rounding);
         let part = if has_moved_in { ENTERED * norm(way) } else { 0.0 };
         let allowed = rounding + part + RISES * still.sag(t);
         let is_inside = has_moved_in || gap.is_some();
@@ -107,14 +107,18 @@ fn of_triangle(motion: &Motion, obstacle: &Obstacle, t: u32, gap: Option<f64>) -
 /// How deep a point that was outside of an obstacle at rest, or is kept outside by a contact point, lies in it after it has
 /// moved by `way`.
 pub(super) fn got_in(obstacle: &Obstacle, x: V3, way: V3, held: bool, rounding: f64) -> Option<f64> {
-    let entered = match obstacle {
-        _ if held => true,
+    let entered = held || comes_from_outside(obstacle, x, way, rounding);
+    let depth = || obstacle.distance(add(x, way)).map(|(distance, _)| -distance);
+    if entered { depth() } else { None }
+}
+
+/// Whether what moves from `x` by `way`, and lies in the obstacle then, was outside of it.
+fn comes_from_outside(obstacle: &Obstacle, x: V3, way: V3, rounding: f64) -> bool {
+    match obstacle {
         // Behind an open surface is not inside: the way there counts.
         Obstacle::Surface(triangles) => triangles.is_entered(x, way),
         _ => obstacle.distance(x).is_some_and(|(distance, _)| distance >= -rounding),
-    };
-    let depth = || obstacle.distance(add(x, way)).map(|(distance, _)| -distance);
-    if entered { depth() } else { None }
+    }
 }
 
 /// Weights of the corners of a triangle: its centre, beside its corners, beside the middles of its edges.

@@ -207,6 +207,9 @@ impl Triangles {
         let (ab, ac) = (sub(b, a), sub(c, a));
         let upright = cross(ab, ac);
         let twice_area2 = dot(upright, upright);
+        if twice_area2 == 0.0 {
+            return Vec::new(); // nothing lies behind a line
+        }
         let inwards = scale(-1.0 / twice_area2.sqrt(), upright);
         let reach = scale([ab, ac, sub(c, b)].map(norm).into_iter().fold(0.0, f64::max), inwards);
         let behind = Bounds::around(corners.into_iter().chain(corners.map(|x| add(x, reach))));
