@@ -8,14 +8,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
 use mpi::Mpi;
 use stiction::friction::Status;
-use stiction::io::case;
+use stiction::io::case::{self, Case};
+use stiction::io::folder::read_text;
 use stiction::io::lock::Lock;
 use stiction::io::text::plain;
 use stiction::ranks::{Ranks, agree};
-use stiction::run::{Keep, Stage, level_line, solve_steps_on_ranks, write_on_ranks};
+use stiction::run::{Keep, Stage, case_of_deck, level_line, solve_steps_on_ranks, write_on_ranks};
 use stiction::{Error, Progress};
 
 /// Certified elastic contact with friction in 3D, on several machines: mpirun -n N stiction-mpi solve CASE.toml
@@ -34,7 +35,7 @@ enum Command {
 
 #[derive(clap::Args)]
 struct Solve {
-    /// The case file, which all ranks have to see
+    /// The case file, which all ranks have to see, or a complete deck of CalculiX or Abaqus (.inp), which rank 0 reads
     case: PathBuf,
     /// Folder of the results; by default the name of the case file with -results, in the current folder
     #[arg(short, long, value_name = "DIR")]
@@ -48,12 +49,34 @@ struct Solve {
     /// Refine the mesh until the error in the energy norm is below this, short for --set accuracy.energy=P%
     #[arg(long, value_name = "P%")]
     accuracy: Option<String>,
+    /// A folder outside that of a mesh file from which an .inp may include files; may be given several times
+    #[arg(long, value_name = "DIR")]
+    include: Vec<PathBuf>,
     /// Go on after the last finished load step, or mesh of a refining run, that the folder of results holds, on any number of ranks
     #[arg(long)]
     resume: bool,
-    /// Print a line for every cycle, on standard error
+    /// Changes nothing: `stiction report DIR` writes report.html
     #[arg(long)]
-    progress: bool,
+    no_report: bool,
+    /// Changes nothing: ranks make no pictures
+    #[arg(long)]
+    no_pictures: bool,
+    /// How progress is shown, on standard error
+    #[arg(long, value_enum, default_value = "auto")]
+    progress: Mode,
+    /// Print the summary as JSON to standard output, everything else to standard error
+    #[arg(long)]
+    json: bool,
+}
+
+/// How progress is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Mode {
+    /// As plain
+    Auto,
+    /// One line a cycle
+    Plain,
+    None,
 }
 
 fn key_and_value(text: &str) -> Result<(String, String), String> {
@@ -110,14 +133,7 @@ fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
     agree(&**ranks, start_threads(arguments.threads, ranks.size()))?;
     let mut set = arguments.set.clone();
     set.extend(arguments.accuracy.iter().map(|goal| ("accuracy.energy".to_string(), goal.clone())));
-    let is_deck = arguments.case.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("inp"));
-    let case = if is_deck {
-        let (place, what) = (arguments.case.display().to_string(), "complete decks are for one machine");
-        Err(Error::new(place, what, "write a case with `stiction new FOLDER --from DECK`, and solve that"))
-    } else {
-        case::read(&arguments.case, &set).map_err(|error| as_typed(arguments, error))
-    };
-    let case = agree(&**ranks, case)?;
+    let case = read(arguments, &set, ranks).map_err(|error| as_typed(arguments, error))?;
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
     let lock = if first { Lock::take(&folder).map(Some) } else { Ok(None) };
     let lock = agree(&**ranks, lock)?;
@@ -125,26 +141,24 @@ fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
         eprintln!("{note}");
     }
     let mut observer = |progress: &Progress| {
-        if first && arguments.progress {
+        if first && arguments.progress != Mode::None {
             let Progress { iteration, residual, open, stick, slip, .. } = progress;
             eprintln!("  cycle {iteration:>3}  residual {residual:.1e}  open {open}  stick {stick}  slip {slip}");
         }
         ControlFlow::Continue(())
     };
-    let tell: fn(&Stage) = |stage| match stage {
-        Stage::Level(level) => println!("{}", level_line(level)),
-        Stage::Posed(facts, _) => print!("{}", plain(&facts.to_string())),
-        Stage::Note(what) => println!("{}", plain(what)),
-        Stage::Warning(what) => eprintln!("warning: {what}"),
-        _ => {}
-    };
+    let (tell, say): (fn(&Stage), fn(&str)) =
+        if arguments.json { (|stage| show(stage, note), note) } else { (|stage| show(stage, out), out) };
     let keep = Keep { folder: folder.clone(), resume: arguments.resume, tell };
     let answer = solve_steps_on_ranks(&case, ranks, Some(&keep), &mut observer)?;
     let files = write_on_ranks(&answer, &folder, &**ranks)?;
     if first {
-        print!("\n{}", plain(&answer.summary.to_string()));
-        println!("  files        {} in {}", files.join(", "), folder.display());
-        answer.summary.ended_short().iter().for_each(|what| eprintln!("warning: {}", plain(what)));
+        say(&format!("\n{}", answer.summary));
+        say(&format!("  files        {} in {}\n", files.join(", "), folder.display()));
+        if arguments.json {
+            print(std::io::stdout(), &read_text(&folder.join("summary.json"))?);
+        }
+        answer.summary.ended_short().iter().for_each(|what| note(&format!("warning: {what}\n")));
     }
     let missed = answer.summary.accuracy.as_ref().filter(|accuracy| !accuracy.reached);
     if let Some(accuracy) = missed.filter(|_| first) {
@@ -152,6 +166,42 @@ fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
         eprintln!("warning: the accuracy was not reached: {why}; the files hold the last mesh");
     }
     Ok(if answer.summary.status == Status::Solved && missed.is_none() { 0 } else { SHORT })
+}
+
+/// The case, with the same words at all ranks.
+fn read(arguments: &Solve, set: &[(String, String)], ranks: &Arc<dyn Ranks>) -> Result<Case, Error> {
+    let path = &arguments.case;
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("inp")) {
+        return case_of_deck(path, &arguments.include, set, &**ranks);
+    }
+    let mut case = agree(&**ranks, case::read(path, set))?;
+    case.mesh.include_from(&arguments.include);
+    Ok(case)
+}
+
+fn show(stage: &Stage, say: fn(&str)) {
+    match stage {
+        Stage::Level(level) => say(&format!("{}\n", level_line(level))),
+        Stage::Posed(facts, _) => say(&facts.to_string()),
+        Stage::Note(what) => say(&format!("{what}\n")),
+        Stage::Warning(what) => note(&format!("warning: {what}\n")),
+        _ => {}
+    }
+}
+
+/// Prints to standard output; names in the text command no terminal.
+fn out(text: &str) {
+    print(std::io::stdout(), &plain(text));
+}
+
+/// Prints to standard error, likewise.
+fn note(text: &str) {
+    print(std::io::stderr(), &plain(text));
+}
+
+/// A reader that has gone away is no reason to fail: the results are in the folder.
+fn print(mut to: impl std::io::Write, text: &str) {
+    let _ = to.write_all(text.as_bytes()).and_then(|()| to.flush());
 }
 
 /// The same error at the option that stands for `--set`.

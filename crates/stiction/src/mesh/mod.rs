@@ -256,7 +256,7 @@ pub struct Group {
 }
 
 /// A valid mesh: every cell has positive volume, every node belongs to a cell, faces are shared by at most two cells.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
     /// Coordinates.
     pub nodes: Vec<[f64; 3]>,

@@ -17,6 +17,7 @@ mod ranks;
 mod ranks_bodies;
 mod ranks_bolts;
 mod ranks_couplings;
+mod ranks_decks;
 mod ranks_files;
 mod ranks_generated;
 mod ranks_interfaces;

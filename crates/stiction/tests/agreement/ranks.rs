@@ -50,8 +50,16 @@ pub(super) fn case_of(text: &str, tolerance: &str) -> Case {
 
 /// The answer of all ranks: displacements by the nodes of the whole mesh.
 pub(super) fn on_ranks(case: &Case, size: usize) -> (Vec<[f64; 3]>, RankedSummary) {
+    each_with_its_own(&|_| case.clone(), size)
+}
+
+/// The same where each rank reads the case.
+pub(super) fn each_with_its_own(
+    read: &(dyn Fn(&dyn Ranks) -> Case + Sync),
+    size: usize,
+) -> (Vec<[f64; 3]>, RankedSummary) {
     let parts = threads(size, |ranks| {
-        let answer = solve_on_ranks(case, &ranks, &mut |_| ControlFlow::Continue(())).unwrap();
+        let answer = solve_on_ranks(&read(&*ranks), &ranks, &mut |_| ControlFlow::Continue(())).unwrap();
         (answer.displacements(), answer.summary)
     });
     let nodes = parts[0].1.nodes as usize;
@@ -93,12 +101,17 @@ pub(super) fn agrees(text: &str, sizes: &[usize]) {
 
 /// The same of a case that was read, with a tolerance of 1e-10.
 pub(super) fn agrees_case(case: &Case, sizes: &[usize]) {
+    are_as_on_one(case, sizes, &|size| on_ranks(case, size));
+}
+
+/// Compares the answers of so many ranks with that of one machine.
+pub(super) fn are_as_on_one(case: &Case, sizes: &[usize], ranked: &dyn Fn(usize) -> (Vec<[f64; 3]>, RankedSummary)) {
     let serial: (Outcome, Prepared) = solved_case(case);
     let expected = displacement(&serial);
     let largest = expected.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
     let resultants = totals(&serial.1, &serial.0);
     for &size in sizes {
-        let (u, summary) = on_ranks(case, size);
+        let (u, summary) = ranked(size);
         assert_eq!(summary.status, Status::Solved, "{size} ranks");
         assert!(summary.certificate.passed && summary.ranks.len() == size);
         assert_eq!((summary.dofs, summary.dual_dofs), (serial.1.problem.unknowns(), 3 * serial.1.problem.points()));

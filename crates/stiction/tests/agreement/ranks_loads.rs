@@ -250,3 +250,15 @@ fn interfaces_with_an_initial_stress_are_the_same_on_ranks() {
     );
     agrees(&bodies, &[2, 4]);
 }
+
+#[test]
+fn a_body_without_contact_is_the_same_on_ranks() {
+    let body = |element: &str, more: &str| {
+        format!(
+            "[mesh]\nblock = {{ size = [3, 1, 1], cells = [24, 8, 8], element = \"{element}\" }}\n[materials.s]\nyoung = 1e3\npoisson = 0.3\n\
+             [[fix]]\non = \"x-min\"\n[[load]]\non = \"x-max\"\ntraction = [0, 0, \"-t\"]\n{more}"
+        )
+    };
+    agrees(&body("hex8", ""), &[1, 2, 4]);
+    agrees(&body("tet10", "[[step]]\nuntil = 1\nincrements = 2\n"), &[2]);
+}

@@ -173,6 +173,21 @@ fn surfaces_that_no_search_finds_are_no_answer_on_ranks() {
 }
 
 #[test]
+fn obstacles_between_the_nodes_of_a_face_are_named_on_ranks() {
+    for steps in ["", "[[step]]\nuntil = 1\nincrements = 2\n"] {
+        let (said, _) = says_the_same(
+            &format!(
+                "[mesh]\nblock = {{ size = [24, 24, 12], cells = [8, 8, 4], element = \"tet4\" }}\n[materials.s]\nyoung = 2e5\npoisson = 0.3\n\
+                 [[fix]]\non = \"z-min\"\n[[contact]]\nname = \"ball\"\non = \"z-max\"\nfriction = \"none\"\n\
+                 against = {{ sphere = {{ center = [10.9, 10.2, 20], radius = 8 }}, motion = [0, 0, \"-0.1*t\"] }}\n{steps}"
+            ),
+            &[1, 3],
+        );
+        has(&said, &["between its nodes", "ball"]);
+    }
+}
+
+#[test]
 fn how_loads_carry_a_body_away_is_told_on_ranks_as_on_one() {
     let up = "[[load]]\non = \"b.z-max\"\nforce = [0, 0, 1]\n";
     let (said, found) = says_the_same(&two(0.0, &format!("{up}{PAIR}")), &[2]);

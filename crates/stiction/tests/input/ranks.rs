@@ -36,7 +36,6 @@ fn what_ranks_cannot_do_is_refused_by_name_at_its_place() {
         (floor("[[equation]]\nterms = [{ on = \"z-min\", along = \"z\" }]\n"), "equation"),
         (floor("[solver]\npath = \"dense\"\n"), "path than multigrid"),
         (floor("[solver]\nmethod = \"msa1\"\n"), "method"),
-        (BODY.to_string(), "without contact"),
         (
             floor("stiffness = { normal = 1e12 }\n[accuracy]\nenergy = \"10%\"\n"),
             "[accuracy] with an interface that yields",

@@ -103,4 +103,22 @@ impl Deck {
         case.notes.clone_from(&self.notes);
         Ok(case)
     }
+
+    /// All of it that makes the case, but for the mesh, as bytes for [`case_without_mesh`].
+    pub(crate) fn without_mesh(&self) -> Vec<u8> {
+        let marks: Vec<_> = self.marks.iter().map(|(at, spot)| (at, &spot.place, &spot.excerpt)).collect();
+        serde_json::to_vec(&(&self.text, &self.notes, marks)).unwrap_or_default()
+    }
+}
+
+/// The case of [`Deck::case`] with a mesh of no nodes, from the bytes of [`Deck::without_mesh`].
+///
+/// # Errors
+/// As [`Deck::case`].
+pub(crate) fn case_without_mesh(bytes: &[u8], overrides: &[(String, String)]) -> Result<Case, Error> {
+    type Parts = (String, Vec<String>, Vec<(usize, String, String)>);
+    let (text, notes, marks): Parts = serde_json::from_slice(bytes).unwrap_or_default();
+    let marks = marks.into_iter().map(|(at, place, excerpt)| (at, Spot { place, excerpt })).collect();
+    let (mesh, labels, requests) = (Arc::default(), DeckLabels::default(), Requests::default());
+    Deck { text, mesh, notes, labels, requests, layer: None, marks }.case(overrides)
 }

@@ -6,6 +6,7 @@ mod bolts;
 mod cells;
 mod check;
 mod components;
+mod deck;
 mod elements;
 mod facts;
 mod gather;
@@ -41,6 +42,7 @@ mod tractions;
 mod write;
 
 pub use check::check;
+pub use deck::case_of_deck;
 pub use keep::Keep;
 #[cfg(feature = "report")]
 pub use page::write_report;

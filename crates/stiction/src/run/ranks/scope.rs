@@ -43,9 +43,6 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
     if !matches!(case.solver.path, SolverPath::Auto | SolverPath::Multigrid) {
         return setting("another path than multigrid (solver.path)");
     }
-    if case.contacts.is_empty() {
-        return Err(refused(&case.mesh.spot, "a case without contact"));
-    }
     Ok(())
 }
 
