@@ -106,6 +106,21 @@ impl Triangles {
         }))
     }
 
+    /// Whether a triangle of an open surface turns its back to a body at `x` with the outward normal `outward`, touching it or right
+    /// before it, nearer than the `distance` of what the body meets.
+    pub(super) fn turns_its_back(&self, x: V3, outward: V3, distance: f64) -> bool {
+        let sign = if self.side == Side::Outside { 1.0 } else { -1.0 };
+        let apart = |t: u32| self.offset(x, t, weights_on_triangle(x, self.corners(t)));
+        let is_ahead = |d: V3| norm(d) <= ROUNDING * self.size || -dot(d, outward) > PARALLEL * norm(d);
+        let distance2 = |t: u32| {
+            let d = apart(t);
+            let is_back = sign * dot(self.normal(t), outward) > PARALLEL && is_ahead(d);
+            if is_back { dot(d, d) } else { f64::INFINITY }
+        };
+        let reach = distance - ROUNDING * self.size;
+        self.border_edges > 0 && reach > 0.0 && self.tree.nearest(x, reach * reach, distance2).is_some()
+    }
+
     /// Whether what moves from `x` by `way` passes from the body's side of the surface to the other, and not back.
     pub(super) fn is_entered(&self, x: V3, way: V3) -> bool {
         let sign = if self.side == Side::Outside { 1.0 } else { -1.0 };

@@ -159,6 +159,8 @@ pub(super) fn points_on_obstacle(
         refuse_dragging(&constrained, imposed, along, node, x, &surface.friction, &[])?;
         facts.guided += usize::from(frame[2] == [0.0; 3]);
         facts.facing_away += usize::from(dot(outward, normal) <= 0.0);
+        let is_behind = |triangles: &Triangles| triangles.turns_its_back(x, outward, distance);
+        facts.behind_backs += usize::from(matches!(obstacle, Obstacle::Surface(triangles) if is_behind(triangles)));
         facts.gap_min = facts.gap_min.min(distance);
         facts.gap_max = facts.gap_max.max(distance);
         if distance < -TOUCHING * area.sqrt() {

@@ -242,6 +242,8 @@ pub struct SurfaceFacts {
     pub beyond: usize,
     /// Points whose outward normal does not face the obstacle.
     pub facing_away: usize,
+    /// Points that have triangles of an open surface between them and what they meet, all with their backs to the body.
+    pub behind_backs: usize,
     /// Nodes of faces that look away from the obstacle, where others look at it: dropped.
     pub looking_away: usize,
     /// Area of dropped nodes, which carries no contact force.

@@ -220,6 +220,34 @@ fn a_surface_turned_inside_out_is_refused() {
     }
 }
 
+/// A box without one of its sides whose triangles look into it turns its back to the body on it: the body meets the inside of its
+/// floor. Jaws around a thin body do not, whichever is nearer.
+#[test]
+fn an_open_surface_turned_inside_out_is_told() {
+    let moved = |up: f64| move |t: &[V3; 3]| t.map(|[x, y, z]| [3.0 * x, 3.0 * y, z + up]);
+    let turned = |list: &[[V3; 3]]| list.iter().map(|&[a, b, c]| [a, c, b]).collect::<Vec<_>>();
+    let low: Vec<[V3; 3]> = cube(2).iter().map(moved(-1.0)).collect();
+    let is_side = |t: &&[V3; 3]| t.iter().all(|x| x[0] == 3.0);
+    let open: Vec<[V3; 3]> = low.iter().filter(|t| !is_side(t)).copied().collect();
+    let told = |triangles: &[[V3; 3]], side: Side, group: &str| {
+        let obstacle = Obstacle::Surface(Arc::new(surface(triangles, side)));
+        let case = block_of([1.0, 1.0, 0.3], [3, 3, 1], BlockElement::Hex8, 1e9, 0.3).fix("x-max", HELD);
+        let facts = &case.contact(group, obstacle, SurfaceFriction::None).pose().facts[0];
+        (facts.behind_backs, facts.gap_max)
+    };
+    assert_eq!(told(&open, Side::Outside, "z-min"), (0, 0.0));
+    assert_eq!(told(&turned(&open), Side::Inside, "z-min"), (0, 0.0));
+    // All nodes but those that are held.
+    assert_eq!(told(&turned(&open), Side::Outside, "z-min"), (12, 2.0));
+    assert_eq!(told(&open, Side::Inside, "z-min"), (12, 2.0));
+    // The floor at a distance of 0.4, the ceiling 0.1 above the body.
+    let floor: Vec<[V3; 3]> = open.iter().map(|t| t.map(|[x, y, z]| [x, y, z - 0.4])).collect();
+    let ceiling: Vec<[V3; 3]> = cube(2).iter().map(moved(1.4)).filter(|t| !is_side(&t)).collect();
+    for group in ["z-min", "z-max"] {
+        assert_eq!(told(&[floor.clone(), ceiling.clone()].concat(), Side::Outside, group).0, 0, "{group}");
+    }
+}
+
 #[test]
 fn beyond_the_border_of_an_open_surface_nothing_is_met() {
     let plate = obstacle(&[

@@ -133,6 +133,8 @@ impl ContactFacts {
         note(s.beyond, format!("{} nodes lie beyond the border of the obstacle and meet nothing", s.beyond));
         let away = s.looking_away;
         note(away, format!("{away} nodes are on faces that look away from the obstacle, and carry no contact force"));
+        let back = "triangles of the obstacle turn their backs to the body, nearer than those that are met";
+        note(s.behind_backs, format!("at {} points {back}: turn them around, or set its `side`", s.behind_backs));
         note(
             s.facing_away,
             format!("{} points face away from the obstacle; check the normal or `side` of the obstacle", s.facing_away),
