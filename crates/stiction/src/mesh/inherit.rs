@@ -1,5 +1,7 @@
 //! What cells made of others inherit: groups, arrays, and fields at their nodes.
 
+use std::collections::HashMap;
+
 use super::face_table::sorted;
 use super::shape::TET_EDGES;
 use super::v3::{V3, dot, sub};
@@ -259,11 +261,49 @@ pub(super) fn longer(nodes: &[V3], unit: f64, [a, b]: [u32; 2]) -> (u32, [u32; 2
 
 /// Edges between corners that lie in what a set of nodes stands for; ascending.
 ///
-/// A set does not say what that is. If every node of it belongs to a cell that has all its corners in the set it is the
-/// volume of such cells; else, by the same rule, the surface of boundary faces, then of faces; else it is a curve or
+/// A set does not say what that is. Of its nodes that edges join, if every one belongs to a cell that has all its corners in the set it is
+/// the volume of such cells; else, by the same rule, the surface of boundary faces, then of faces; else it is a curve or
 /// points. Three nodes of a curve may be corners of one triangle where it turns: its longest edge is then a chord. Single
 /// points that are neighbours cannot be told from a curve.
 pub(super) fn edges_between(mesh: &Mesh, set: &[u32], unit: f64) -> Vec<[u32; 2]> {
+    let parts = joined(mesh, set).into_iter().filter(|part| part.len() > 1);
+    ascending(parts.flat_map(|part| edges_within(mesh, &part, unit)))
+}
+
+/// The nodes of a set in parts, the corners of each joined by edges of cells between nodes of the set.
+fn joined(mesh: &Mesh, set: &[u32]) -> Vec<Vec<u32>> {
+    let mut of_node = vec![NONE; mesh.nodes.len()];
+    set.iter().for_each(|&node| of_node[node as usize] = node);
+    fn root(of_node: &mut [u32], mut node: u32) -> u32 {
+        while of_node[node as usize] != node {
+            let above = of_node[of_node[node as usize] as usize];
+            of_node[node as usize] = above;
+            node = above;
+        }
+        node
+    }
+    for (kind, cell) in mesh.cell_iter() {
+        for [a, b] in edges_of(kind).iter().map(|&[i, j]| [cell[i], cell[j]]) {
+            if of_node[a as usize] != NONE && of_node[b as usize] != NONE {
+                let [a, b] = [a, b].map(|node| root(&mut of_node, node));
+                of_node[a.max(b) as usize] = a.min(b);
+            }
+        }
+    }
+    let mut parts: Vec<Vec<u32>> = Vec::new();
+    let mut place = HashMap::new();
+    for &node in set {
+        let next = parts.len();
+        let part = *place.entry(root(&mut of_node, node)).or_insert(next);
+        if part == next {
+            parts.push(Vec::new());
+        }
+        parts[part].push(node);
+    }
+    parts
+}
+
+fn edges_within(mesh: &Mesh, set: &[u32], unit: f64) -> Vec<[u32; 2]> {
     let mut is_in = vec![false; mesh.nodes.len()];
     set.iter().for_each(|&node| is_in[node as usize] = true);
     let whole = |corners: &[u32]| corners.iter().all(|&node| is_in[node as usize]);
@@ -298,4 +338,34 @@ pub(super) fn edges_between(mesh: &Mesh, set: &[u32], unit: f64) -> Vec<[u32; 2]
         .or_else(|| covering(boundary().map(round).collect()))
         .or_else(|| covering(faces().map(|face| round(&face)).collect()))
         .unwrap_or_else(curve)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Block, BlockElement, block};
+
+    /// What one part of a set stands for does not depend on the others: a face beside single points, all of a layer beside an edge.
+    #[test]
+    fn parts_of_a_set_that_no_edge_joins_stand_for_themselves() {
+        for element in [BlockElement::Tet4Six, BlockElement::Tet4Five { parity: 0 }, BlockElement::Hex8] {
+            let (size, cells, origin, grading) = ([4.0; 3], [4; 3], [0.0; 3], [1.0; 3]);
+            let mesh = block(&Block { size, cells, origin, grading, element }).unwrap();
+            let nodes = |is_in: &dyn Fn(V3) -> bool| -> Vec<u32> {
+                (0..).zip(&mesh.nodes).filter(|(_, x)| is_in(**x)).map(|(node, _)| node).collect()
+            };
+            let within = |list: &[u32]| edges_between(&mesh, list, 1.0);
+            let face = nodes(&|[.., z]| z == 0.0);
+            let layer = nodes(&|[.., z]| z <= 1.0);
+            let edge = nodes(&|[x, _, z]| x == 0.0 && z == 4.0);
+            let point = nodes(&|x| x == [4.0; 3]);
+            assert_eq!((within(&edge).len(), within(&point).len()), (4, 0));
+            for part in [&face, &layer] {
+                let all = ascending([&part[..], &edge, &point].concat());
+                assert_eq!(within(&all), ascending([within(part), within(&edge)].concat()), "{element:?}");
+            }
+            let on_face = |[a, b]: &[u32; 2]| [a, b].iter().all(|&&node| mesh.nodes[node as usize][2] == 0.0);
+            assert!(within(&face).len() >= 40 && within(&face).iter().all(on_face), "{element:?}");
+        }
+    }
 }

@@ -2,10 +2,12 @@
 //! by the pressure times their length over it.
 
 use std::collections::BTreeSet;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use stiction::io::deck;
-use stiction::run::{Outcome, Prepared, pair_totals};
+use stiction::linalg::Stop;
+use stiction::run::{Outcome, Plan, Prepared, Stage, pair_totals, solve_case};
 use stiction_fixtures::case_run::{at, is, solved_case};
 
 const READER: &str = include_str!("../../src/io/deck/reader.rs");
@@ -75,6 +77,33 @@ fn the_decks_end_where_their_closed_forms_say() {
         for &(place, axis, value) in places {
             let u = at(&run, place)[axis];
             assert!((u - value).abs() < 1e-9, "{name} {place:?}: {u} for {value}");
+        }
+    }
+}
+
+/// What sets of the deck hold that share nodes is held between these on finer meshes: confined, two cubes have the modulus
+/// `young (1 - poisson) / (1 + poisson) / (1 - 2 poisson)`, 1200, on all of them.
+#[test]
+fn supports_of_sets_that_share_nodes_hold_on_finer_meshes() {
+    let press = std::fs::read_to_string(folder().join("press.inp")).unwrap();
+    let confined = press
+        .replace("1000., 0.\n", "1000., 0.25\n")
+        .replace("NBOTTOM, 1, 3\n", "NBOTTOM, 3\nNall, 1\nNall, 2\nNtop, 3, 3, -0.02\n")
+        .replace("*DLOAD\n2, P2, 10.\n", "");
+    let sides =
+        "*NSET, NSET=Nx\n1, 4, 5, 8, 11, 14, 15, 18\n*NSET, NSET=Ny\n1, 2, 5, 6, 11, 12, 15, 16\n*SURFACE, NAME=Slow";
+    let guided = confined.replace("Nall, 1\nNall, 2", "Nx, 1\nNy, 2").replace("*SURFACE, NAME=Slow", sides);
+    // Free to grow across, by poisson times 0.02 / 2.
+    for (text, modulus, across) in [(&confined, 1200.0, 0.0), (&guided, 1000.0, 0.0025)] {
+        let deck = deck::parse(text.as_bytes(), "deck.inp", &|name| Err(format!("there is no {name}"))).unwrap();
+        let case = deck.case(&[("accuracy.energy".into(), "0.01".into())]).unwrap();
+        let go_on = &mut |_: Stage| ControlFlow::Continue(());
+        let (prepared, outcome, _) = solve_case(&case, &Plan::default(), &Stop::never(), None, go_on).unwrap();
+        assert!(prepared.mesh.nodes.len() > 16 && outcome.accuracy.as_ref().is_some_and(|of| of.reached));
+        let run = (outcome, prepared);
+        is(pair_totals(&run.1, &run.0)[0].1.normal_force, modulus * 0.01, 1e2 * 12.0);
+        for (place, u) in [([1.0, 1.0, 2.0], [across, across, -0.02]), ([1.0, 1.0, 0.5], [across, across, -0.005])] {
+            (0..3).for_each(|c| is(at(&run, place)[c], u[c], 1.0));
         }
     }
 }

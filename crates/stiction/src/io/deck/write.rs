@@ -228,7 +228,7 @@ impl Writer<'_, '_> {
     }
 
     fn supports(&mut self) -> Result<(), Error> {
-        let classes = classes(&self.reader.supports, self.reader);
+        let classes = supported(self.reader);
         // Planes of symmetry of swept elements have no card of their own.
         let named = |name: &str| self.reader.input.cards.iter().find(|card| card.keyword.name == name);
         let card = named("BOUNDARY").or_else(|| named("SOLIDSECTION"));
@@ -435,6 +435,36 @@ pub(super) fn classes(histories: &[u32], reader: &Reader) -> Vec<([u32; 3], u32,
             classes.push((*ids, transform, Vec::new()));
         }
         classes[class].2.push(node as u32);
+    }
+    classes
+}
+
+/// Nodes of one history along each direction, those of several directions together where they are the same: the middle of an edge is
+/// held on finer meshes where a group has both of its ends, also where planes of symmetry meet.
+fn supported(reader: &Reader) -> Vec<([u32; 3], u32, Vec<u32>)> {
+    let mut along: Vec<(usize, u32, u32, Vec<u32>)> = Vec::new();
+    let mut at: HashMap<(usize, u32, u32), usize> = HashMap::new();
+    for (node, ids) in reader.supports.as_chunks::<3>().0.iter().enumerate().filter(|(node, _)| reader.used[*node]) {
+        let transform = reader.transform_of[node];
+        for (c, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NONE) {
+            let next = along.len();
+            let place = *at.entry((c, id, transform)).or_insert(next);
+            if place == next {
+                along.push((c, id, transform, Vec::new()));
+            }
+            along[place].3.push(node as u32);
+        }
+    }
+    let mut classes: Vec<([u32; 3], u32, Vec<u32>)> = Vec::new();
+    for (c, id, transform, nodes) in along {
+        match classes.iter_mut().find(|of| of.0[c] == NONE && of.1 == transform && of.2 == nodes) {
+            Some(of) => of.0[c] = id,
+            None => {
+                let mut ids = [NONE; 3];
+                ids[c] = id;
+                classes.push((ids, transform, nodes));
+            }
+        }
     }
     classes
 }
