@@ -4,7 +4,8 @@ use pyo3::prelude::*;
 use stiction::Error;
 
 /// Names of the library and those a user of Python knows.
-const NAMES: [(&str, &str); 16] = [
+const NAMES: [(&str, &str); 17] = [
+    ("`elastic.node_of` and, for a good rate of convergence, `elastic.near_kernel`", "`coordinates`"),
     ("rows of elastic.K", "rows of K"),
     ("elastic.K", "K"),
     ("elastic.f", "f"),

@@ -109,6 +109,7 @@ impl Problem {
                 }
             }
             offset(&mut problem, supports.as_ref(), gap, reference);
+            refuse_dragged(&problem)?;
             stop.check()?;
             problem.validate()?;
             Ok((problem, supports))
@@ -156,6 +157,7 @@ impl Problem {
                 }
             }
             offset(&mut problem, supports.as_deref(), gap, reference);
+            refuse_dragged(&problem)?;
             problem.validate()?;
             Ok((problem, supports))
         })?;
@@ -233,6 +235,9 @@ impl Problem {
         threads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (u, lambda, problem) = (u.to_vec()?, stacked(&forces)?, self.problem.clone());
+        if !(tolerance > 0.0 && tolerance.is_finite()) {
+            return Err(wrong(py, "tolerance", format!("it is {tolerance}"), "give a positive number, such as 1e-8"));
+        }
         if u.len() != problem.unknowns() || lambda.len() != 3 * problem.points() {
             return Err(wrong(py, "u", "the lengths do not fit the problem", "give u (n) and forces (m, 3)"));
         }
@@ -305,6 +310,28 @@ fn offset(problem: &mut ContactProblem, supports: Option<&Supports>, gap: &[f64]
     };
     let (gap, reference) = all.split_at(m);
     (problem.contact.gap, problem.contact.slip_reference) = (gap.to_vec(), reference.to_vec());
+}
+
+/// Refuses a point that `held` unknowns alone drag along its counterpart: friction there acts on the support, and no force of the body
+/// takes part in it.
+fn refuse_dragged(problem: &ContactProblem) -> Result<(), Error> {
+    let (contact, m) = (&problem.contact, problem.points());
+    let is_dragged = |i: usize| contact.slip_reference[i] != 0.0 && contact.B.entries_of(m + i).all(|(_, b)| b == 0.0);
+    for (j, law) in contact.friction.iter().enumerate() {
+        if *law == Friction::Bonded || law.bound(f64::MAX) == 0.0 {
+            continue;
+        }
+        if let Some(i) = [j, m + j].into_iter().find(|&i| is_dragged(i)) {
+            let what = format!(
+                "all unknowns of a tangential row of point {j} are held, and it slides by {} there",
+                -contact.slip_reference[i]
+            );
+            let remedy =
+                "leave one of them free, or set `mu` of this point to zero and add its friction to the support";
+            return Err(Error::new("held", what, remedy));
+        }
+    }
+    Ok(())
 }
 
 /// What the prescribed displacements demand of the load.

@@ -409,6 +409,8 @@ BIG = sp.csr_array(np.eye(3))
         ({"held": [0, 0]}, "held", "twice"),
         ({"held": [0.5]}, "held", "float64"),
         ({"held": [0], "values": [1, 2]}, "values", r"\(2,\)"),
+        ({"values": 1.0}, "values", "belong to `held`"),
+        ({"held": [0], "values": 0.2, "mu": 0.3}, "held", "row of point 0 are held, and it slides by 0.2"),
         ({"slip_reference": [[1.0]]}, "slip_reference", r"\(1, 2\)"),
         ({"coordinates": np.zeros((2, 3))}, "coordinates", "2 nodes have 6 unknowns, and K has 3"),
         ({"coordinates": np.full((1, 3), np.nan)}, "coordinates", "not all finite"),
@@ -453,6 +455,10 @@ def test_normals_the_wrong_way_round_are_warned_of():
         ({"tolerance": 0}, "positive"),
         ({"tolerance": np.nan}, "positive"),
         ({"threads": 0}, "1 to 4096"),
+        ({"max_iterations": 0}, "max_iterations: it is 0; give a whole number"),
+        ({"max_iterations": 1.5}, "it is 1.5"),
+        ({"max_iterations": np.nan}, "it is nan"),
+        ({"memory_limit": -1}, "memory_limit: it is -1"),
         ({"start": [1.0]}, r"\(3,\)"),
         ({"start": [[1.0, 2.0]]}, r"\(1, 3\)"),
         ({"start": [[np.nan, 0, 0]]}, "finite"),
@@ -461,6 +467,12 @@ def test_normals_the_wrong_way_round_are_warned_of():
 def test_settings_that_cannot_be_used_are_named(change, text):
     with pytest.raises(stiction.InputError, match=text):
         node([0, 0, -1]).solve(**change)
+
+
+@pytest.mark.parametrize("tolerance", [np.nan, np.inf, 0.0, -1e-8])
+def test_nothing_is_judged_by_a_tolerance_that_is_none(tolerance):
+    with pytest.raises(stiction.InputError, match="tolerance: it is .*; give a positive number"):
+        node([0, 0, -1]).check([0, 0, 0], [[1, 0, 0]], tolerance=tolerance)
 
 
 def test_an_indefinite_stiffness_and_too_little_memory_are_errors():

@@ -106,6 +106,13 @@ def numbers(data: Any, count: int, name: str, what: str = "unknown") -> Whole:
     return array
 
 
+def counted(name: str, value: int) -> int:
+    """A whole number from 1 to 2**53."""
+    if not 1 <= value <= 2**53 or value != int(value):
+        raise InputError(name, f"it is {value}", "give a whole number, one or larger")
+    return int(value)
+
+
 def threads_of(threads: int | None) -> int:
     """Zero for one a core."""
     if threads is None:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _stiction
-from ._arrays import Reals, Whole, compressed, numbers, per_point, reals, sparse, threads_of, vector
+from ._arrays import Reals, Whole, compressed, counted, numbers, per_point, reals, sparse, threads_of, vector
 from ._errors import InputError, NotCertified
 from ._results import Certificate, Progress, Solution, certificate, outward
 
@@ -130,8 +130,10 @@ class Problem:
         load = vector(f, n, "f", " (one an unknown)")
         self._gap = per_point(gap, self._points, "gap")
         self._reference = self._slip_reference(slip_reference)
-        held = numbers([] if held is None else held, n, "held")
         given = reals(values, "values")
+        if held is None and given.any():
+            raise InputError("values", "they belong to `held` unknowns", "give `held` as well")
+        held = numbers([] if held is None else held, n, "held")
         given = np.full(len(held), float(given)) if given.ndim == 0 else vector(given, len(held), "values")
         order = np.argsort(held, kind="stable")
         if np.any(np.diff(held[order]) == 0):
@@ -231,9 +233,9 @@ class Problem:
         begin = time.perf_counter()
         found = self._own.solve(
             tolerance=float(tolerance),
-            max_iterations=int(max_iterations),
+            max_iterations=counted("max_iterations", max_iterations),
             method=method,
-            memory_limit=memory_limit,
+            memory_limit=None if memory_limit is None else counted("memory_limit", memory_limit),
             forces=forces,
             u=displacements,
             threads=threads_of(threads),

@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _stiction
-from ._arrays import Reals, compressed, per_point, reals, threads_of, vector
+from ._arrays import Reals, compressed, counted, per_point, reals, threads_of, vector
 from ._errors import InputError, NotCertified
 from ._results import Certificate
 
@@ -167,7 +167,7 @@ class Problem:
         begin = time.perf_counter()
         found = self._own.solve(
             tolerance=float(tolerance),
-            max_iterations=int(max_iterations),
+            max_iterations=counted("max_iterations", max_iterations),
             method=method,
             form=form,
             start=None if given is None else reals(given, "start").ravel(),

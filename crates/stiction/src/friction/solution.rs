@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::PointState;
 use crate::Error;
 use crate::certificate::Certificate;
-use crate::contact::ContactProblem;
+use crate::contact::{ContactProblem, Friction};
 use crate::linalg::Stop;
 
 /// The way a solution is found.
@@ -234,4 +234,26 @@ pub struct Solution {
     pub counts: Counts,
     /// The progress at every iteration.
     pub history: Vec<Progress>,
+}
+
+impl Solution {
+    /// Whether nothing acts on a problem, neither loads nor overlaps: forces that have to vanish leave an iteration no scale to end at.
+    pub(crate) fn nothing_acts(problem: &ContactProblem) -> bool {
+        problem.elastic.f.iter().all(|&f| f == 0.0) && problem.contact.gap.iter().all(|&gap| gap >= 0.0)
+    }
+
+    /// Neither displacements nor forces, of so many unknowns and the points with these laws, as `certificate` judges it; `None` if it is
+    /// no answer.
+    pub(crate) fn at_rest(
+        (unknowns, laws): (usize, &[Friction]),
+        path: SolverPath,
+        certificate: &dyn Fn(&[f64], &[f64]) -> Certificate,
+    ) -> Option<Solution> {
+        let (u, lambda) = (vec![0.0; unknowns], vec![0.0; 3 * laws.len()]);
+        let certificate = certificate(&u, &lambda);
+        let state = |law: &Friction| if *law == Friction::Bonded { PointState::Stick } else { PointState::Open };
+        let states = laws.iter().map(state).collect();
+        let (status, counts, history) = (Status::Solved, Counts::default(), Vec::new());
+        certificate.passed.then_some(Solution { status, path, u, lambda, states, certificate, counts, history })
+    }
 }

@@ -255,3 +255,17 @@ fn supports_by_time_that_share_nodes_with_contacts_or_one_another_are_refused_at
         assert!(error.excerpt.contains("[[fix]]"), "{error}");
     }
 }
+
+#[test]
+fn a_body_whose_load_is_taken_off_is_at_rest_on_ranks() {
+    let text = "[mesh]\nblock = { size = [2, 2, 1], cells = [8, 8, 4], element = \"hex8\" }\n[materials.m]\nyoung = 1e3\npoisson = 0.3\n\
+                [[fix]]\non = { point = [0, 0, 0] }\ncomponents = \"xy\"\n[[fix]]\non = { point = [2, 0, 0] }\ncomponents = \"y\"\n\
+                [[load]]\non = \"z-max\"\npressure = \"t*(2 - t)\"\n[[contact]]\non = \"z-min\"\nfriction = { coulomb = 0.3 }\n\
+                against = { plane = { point = [0, 0, -0.001], normal = [0, 0, 1] } }\n[[step]]\nuntil = 2\nincrements = 2\n";
+    for size in [1, 3] {
+        let (u, summary) = on_ranks(&case_of(text, "1e-9"), size);
+        assert!(summary.status == Status::Solved && summary.certificate.passed && !summary.found_by_first);
+        assert!((summary.steps[0].contact.normal_force - 4.0).abs() < 1e-7 && summary.contact.normal_force == 0.0);
+        assert!(u.iter().flatten().all(|u| *u == 0.0), "{size} ranks");
+    }
+}

@@ -530,3 +530,26 @@ fn a_hub_pulled_beyond_friction_is_not_certified_where_rounding_wedges_it() {
         }
     }
 }
+
+/// Where the load is taken off a body that contact alone holds above what it was pressed on, no forces are left, and it stays there
+/// without strain: before, it was pressed on the floor a thousandth below it.
+#[test]
+fn a_body_whose_load_is_taken_off_stays_where_it_was() {
+    for (element, cells) in [("hex8", [3, 3, 2]), ("hex8", [12, 12, 5]), ("tet10", [3, 3, 2]), ("hex20", [3, 3, 2])] {
+        for path in ["auto", "dense", "multigrid"] {
+            let text = format!(
+                "[mesh]\nblock = {{ size = [2, 2, 1], cells = {cells:?}, element = \"{element}\" }}\n[materials.m]\nyoung = 1e3\npoisson = 0.3\n\
+                 [[fix]]\non = {{ point = [0, 0, 0] }}\ncomponents = \"xy\"\n[[fix]]\non = {{ point = [2, 0, 0] }}\ncomponents = \"y\"\n\
+                 [[load]]\non = \"z-max\"\npressure = \"t*(2 - t)\"\n[[contact]]\non = \"z-min\"\nfriction = {{ coulomb = 0.3 }}\n\
+                 against = {{ plane = {{ point = [0, 0, -0.001], normal = [0, 0, 1] }} }}\n[[step]]\nuntil = 2\nincrements = 2\n\
+                 [solver]\npath = \"{path}\"\n"
+            );
+            let run = case_run::solved(&text);
+            let contact = totals(&run.1, &run.0);
+            assert!(run.0.steps.len() == 2 && contact.normal_force == 0.0, "{element} {path}: {contact:?}");
+            for [x, y, z] in case_run::displacement(&run) {
+                assert!(x.hypot(y) < 1e-5 && (z + 1e-3).abs() < 2e-5, "{element} {path}: {:?}", [x, y, z]);
+            }
+        }
+    }
+}

@@ -13,10 +13,10 @@ use super::solve::{Everywhere, everywhere};
 use super::steps::{put_state, slid};
 use super::timed::{changes_laws, lose_strength, note_where_it_stands};
 use crate::Error;
-use crate::certificate::ghost_values;
+use crate::certificate::{certify_divided, ghost_values};
 use crate::contact::{ContactProblem, Moved};
 use crate::fem::full_displacement;
-use crate::friction::{self, Multigrid, Progress, Solution, Status, solve_multigrid, tighten_by_multigrid};
+use crate::friction::{self, Multigrid, Progress, Solution, SolverPath, Status, solve_multigrid, tighten_by_multigrid};
 use crate::io::case::Case;
 use crate::linalg::Watch;
 use crate::ranks::{agree, max, sum};
@@ -225,10 +225,29 @@ impl Solver<'_, '_> {
         friction::Settings { start_displacement: given, ..self.settings.clone() }
     }
 
+    /// The answer where nothing acts, unless `found` holds by forces that friction locks.
+    fn at_rest(&self, found: &Solution) -> Option<Solution> {
+        let Local { problem, division, .. } = &*self.local;
+        let is_locked = found.status == Status::Solved && found.lambda.iter().any(|&force| force != 0.0);
+        let mut others = [f64::from(u8::from(is_locked || !Solution::nothing_acts(problem)))];
+        max(&*division.ranks, &mut others);
+        let no_forces = vec![0.0; 3 * problem.points()];
+        let certificate =
+            |u: &[f64], _: &[f64]| certify_divided(problem, division, u, &no_forces, self.settings.tolerance);
+        let of = (problem.unknowns(), &self.own.contact.friction[..]);
+        if others == [0.0] { Solution::at_rest(of, SolverPath::Multigrid, &certificate) } else { None }
+    }
+
     /// Solves from the displacements given, and if that fails from the beginning.
     pub(super) fn attempt(&mut self, from: Option<&[f64]>, shortening: &[f64]) -> Solution {
         let settings = self.starting(from, shortening);
-        let first = solve_multigrid(&self.own, self.multigrid, &settings, self.observer);
+        let mut first = solve_multigrid(&self.own, self.multigrid, &settings, self.observer);
+        if first.status == Status::Interrupted {
+            return first;
+        }
+        if let Some(at_rest) = self.at_rest(&first) {
+            return Solution { counts: first.counts, history: std::mem::take(&mut first.history), ..at_rest };
+        }
         if from.is_none() || !matches!(first.status, Status::MaxIterations | Status::Stalled) {
             return first;
         }

@@ -394,10 +394,17 @@ fn attempt(
         ..settings.clone()
     };
     march.attempts += 1;
-    let ContactProblem { elastic, contact, .. } = &prepared.problem;
-    // Where neither loads nor overlaps act the answer is zero: forces that have to vanish leave no scale to end at.
-    let unloaded = elastic.f.iter().all(|&x| x == 0.0) && contact.gap.iter().all(|&gap| gap >= 0.0);
-    let unloaded = unloaded && !may_be_locked(prepared, march);
+    let problem = &prepared.problem;
+    let unloaded = Solution::nothing_acts(problem) && !may_be_locked(prepared, march);
+    if unloaded {
+        let by_multigrid = kept.begins_with_multigrid(problem, &settings.solver);
+        let path = if by_multigrid { SolverPath::Multigrid } else { SolverPath::Solves };
+        let certificate = |u: &[f64], lambda: &[f64]| certify(problem, u, lambda, settings.solver.tolerance);
+        let of = (problem.unknowns(), &problem.contact.friction[..]);
+        if let Some(at_rest) = Solution::at_rest(of, path, &certificate) {
+            return Ok(Outcome::new(at_rest, settings));
+        }
+    }
     if from.0.iter().any(|&x| x != 0.0) && !unloaded {
         let path = settings.solver.path;
         let (factor, newton) = (path != SolverPath::Multigrid, settings.method.method == Method::Newton);
