@@ -11,7 +11,7 @@ use pyo3::types::{PyDict, PyList};
 use stiction::io::case::{self, MeshSource};
 use stiction::io::lock::Lock;
 use stiction::linalg::Stop;
-use stiction::mesh::{CellKind, Mesh, RawCells, RawGroup, RawMesh, build};
+use stiction::mesh::{CellArray, CellKind, Mesh, NodeArray, RawCells, RawGroup, RawMesh, build};
 use stiction::run::{self, BodyFields, Event, Facts, Origin, Plan, Prepared, Side, Stage, SurfaceFields};
 use stiction::{Error, SolveEvent, Status};
 
@@ -35,8 +35,16 @@ pub(crate) struct Case {
 type Cells<'py> = (String, PyReadonlyArray2<'py, i64>);
 /// Name, cells, corners of faces (-1 beyond those of a triangle), nodes.
 type Group<'py> = (String, PyReadonlyArray1<'py, i64>, PyReadonlyArray2<'py, i64>, PyReadonlyArray1<'py, i64>);
-/// Coordinates, cells and groups.
-pub(crate) type Given<'py> = (PyReadonlyArray2<'py, f64>, Vec<Cells<'py>>, Vec<Group<'py>>);
+/// Arrays on nodes: name and values. Arrays on cells: name, values of the cells and of the faces. Corners of the faces (-1 beyond those of
+/// a triangle). Arrays that are not one number at each place, and what they are instead.
+type Arrays<'py> = (
+    Vec<(String, PyReadonlyArray1<'py, f64>)>,
+    Vec<(String, PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>)>,
+    PyReadonlyArray2<'py, i64>,
+    Vec<(String, String)>,
+);
+/// Coordinates, cells, groups and arrays.
+pub(crate) type Given<'py> = (PyReadonlyArray2<'py, f64>, Vec<Cells<'py>>, Vec<Group<'py>>, Arrays<'py>);
 
 pub(crate) fn raw(py: Python<'_>, given: &Given<'_>) -> PyResult<RawMesh> {
     let nodes = triples(&given.0)?;
@@ -78,8 +86,31 @@ pub(crate) fn raw(py: Python<'_>, given: &Given<'_>) -> PyResult<RawMesh> {
             ..RawGroup::default()
         });
     }
+    let (of_nodes, of_cells, faces, others) = &given.3;
+    let corner = |&i: &i64| if i == -1 { Ok(u32::MAX) } else { number("mesh, faces", i, count) };
+    raw.array_faces = faces.as_slice()?.iter().map(corner).collect::<PyResult<Vec<u32>>>()?.as_chunks::<4>().0.to_vec();
+    for (name, values) in of_nodes {
+        let values = lengthy(py, name, values.as_slice()?, count)?;
+        raw.arrays.nodes.push(NodeArray { name: name.clone(), values });
+    }
+    for (name, values, on_faces) in of_cells {
+        let values = lengthy(py, name, values.as_slice()?, cell_count)?;
+        let on_faces = lengthy(py, name, on_faces.as_slice()?, raw.array_faces.len())?;
+        // Not a number: the array has none there.
+        let faces = (0..).zip(on_faces).filter(|(_, value)| !value.is_nan()).collect();
+        raw.arrays.cells.push(CellArray { name: name.clone(), values, faces });
+    }
+    raw.arrays.others.clone_from(others);
     raw.turn_wedges();
     Ok(raw)
+}
+
+fn lengthy(py: Python<'_>, name: &str, values: &[f64], count: usize) -> PyResult<Vec<f64>> {
+    if values.len() != count {
+        let what = format!("it has {} values where {count} are needed", values.len());
+        return Err(wrong(py, &format!("mesh, array {name:?}"), what, "give one number for each node or each cell"));
+    }
+    Ok(values.to_vec())
 }
 
 #[pymethods]

@@ -104,6 +104,52 @@ def test_meshes_from_memory_give_the_answer_of_the_block(name):
     assert result.contact["sole"].forces.sum(axis=0) == pytest.approx(expected.contact["sole"].forces.sum(axis=0))
 
 
+def with_arrays():
+    """Temperatures of the nodes, coefficients of the faces below and of the cells."""
+    points, cells, bottom, _ = arrays()
+    T, of_cells, of_faces = points[:, 2] * 10.0, np.full(len(cells), 0.5), np.full(len(bottom), 0.2)
+    blocks = [("quad", bottom), ("hexahedron", cells)]
+    sets = {"foot": [np.arange(len(bottom)), []]}
+    yield (points, cells, {"foot": bottom}, {"T": T, "mu": np.full(len(cells), 0.2)})
+    yield meshio.Mesh(points, blocks, point_data={"T": T}, cell_data={"mu": [of_faces, of_cells]}, cell_sets=sets)
+    try:
+        import pyvista
+    except ImportError:
+        return
+    grid = pyvista.UnstructuredGrid({12: cells, 9: bottom}, points)
+    is_face = grid.celltypes == 9
+    grid.point_data["T"], grid.cell_data["mu"] = T, np.where(is_face, 0.2, 0.5)
+    grid.cell_data["foot"] = is_face.astype(np.uint8)
+    yield grid
+
+
+def test_arrays_of_meshes_from_memory_are_those_that_a_case_names():
+    # Along the normals nothing is prescribed above: the block is pressed by its heat and by what it is moved.
+    def keys(temperature, mu, foot):
+        above = [{"on": {"box": [[0, 0, SIZE[2]], SIZE]}, "value": [4e-3, 0, -5e-3]}]
+        contact = [{"name": "sole", "on": foot, "against": FLOOR, "friction": {"coulomb": mu}}]
+        materials = {"soft": {"young": 2000.0, "poisson": 0.3, "expansion": 1e-4}}
+        return described(fix=above, contact=contact, load=[{"temperature": temperature}], materials=materials)
+
+    expected = stiction.Case(keys("10*z", 0.2, "z-min")).solve()
+    order = np.lexsort(expected.points.T)
+    assert expected.contact["sole"].state.tolist().count(2) > 0
+    for mesh in with_arrays():
+        given = {key: value for key, value in keys({"array": "T"}, {"array": "mu"}, "foot").items() if key != "mesh"}
+        result = stiction.Case(given, mesh=mesh).solve()
+        found = result.displacement[np.lexsort(result.points.T)]
+        assert np.allclose(found, expected.displacement[order], atol=1e-10), type(mesh)
+    points, cells, bottom, _ = arrays()
+    blocks = [("hexahedron", cells), ("quad", bottom)]
+    for mesh, text in [
+        ((points, cells, {"foot": bottom}, {"T": np.ones(7)}), r"array 'T': its shape is \(7,\)"),
+        ((points, cells, {"foot": bottom}), 'the mesh has no array "T"'),
+        (meshio.Mesh(points, blocks, point_data={"T": points}, cell_sets={"foot": [[], np.arange(len(bottom))]}), "it has 3 components"),
+    ]:
+        with pytest.raises(stiction.InputError, match=text):
+            stiction.Case(given, mesh=mesh).solve()
+
+
 def test_pyvista_in_and_out():
     pyvista = pytest.importorskip("pyvista")
     points, cells, bottom, top = arrays()

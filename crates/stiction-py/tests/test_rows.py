@@ -120,5 +120,7 @@ def test_what_cannot_be_used_is_named(arguments, text):
         stiction.rows(*arguments)
     with pytest.raises(stiction.InputError, match="against"):
         stiction.rows([0], [0, 0, 1], 12, against=[1, 2])
+    with pytest.raises(stiction.InputError, match="node 1 is against itself"):
+        stiction.rows([0, 1], [0, 0, 1], 12, against=[2, 1])
     with pytest.raises(stiction.InputError, match="12 unknowns"):
         stiction.rows([0], [0, 0, 1], 12, dofs=[[10, 11, 12]])

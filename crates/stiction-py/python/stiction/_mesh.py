@@ -27,8 +27,12 @@ FACES = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, 5: 3,
 NODES = {"vertex", "line", "line3", 1, 3, 21}
 
 Whole = np.ndarray[tuple[Any, ...], np.dtype[np.int64]]
-#: Coordinates; name and nodes of each block of cells; name, cells, corners of faces, nodes of each group.
-Given = tuple[npt.NDArray[np.float64], list[tuple[str, Whole]], list[tuple[str, Whole, Whole, Whole]]]
+Reals = npt.NDArray[np.float64]
+#: Name and values of arrays on nodes; name, values of cells, values of faces of arrays on cells; corners of these faces; name of an array
+#: that is not one number at each place, and what it is.
+Numbers = tuple[list[tuple[str, Reals]], list[tuple[str, Reals, Reals]], Whole, list[tuple[str, str]]]
+#: Coordinates; name and nodes of each block of cells; name, cells, corners of faces, nodes of each group; arrays.
+Given = tuple[Reals, list[tuple[str, Whole]], list[tuple[str, Whole, Whole, Whole]], Numbers]
 
 
 class Groups:
@@ -64,17 +68,53 @@ class Groups:
         ]
 
 
+class Arrays:
+    """Arrays of floating-point numbers as they are gathered."""
+
+    def __init__(self) -> None:
+        self.of_nodes: list[tuple[str, Reals]] = []
+        self.of_cells: list[tuple[str, Reals, Reals]] = []
+        self.others: list[tuple[str, str]] = []
+        self.corners: list[Whole] = []
+
+    def fits(self, name: str, values: Any) -> bool:
+        """Whether it is one floating-point number at each place; integers are groups and marks."""
+        array = np.asarray(values)
+        if array.dtype.kind != "f":
+            return False
+        if array.ndim != 1:
+            self.others.append((str(name), f"it has {np.prod(array.shape[1:])} components"))
+        return array.ndim == 1
+
+    def nodes(self, name: str, values: Any) -> None:
+        if self.fits(name, values):
+            self.of_nodes.append((str(name), np.ascontiguousarray(values, dtype=np.float64)))
+
+    def cells(self, name: str, values: list[Reals], on_faces: list[Reals]) -> None:
+        """Values of all blocks of cells and of faces in their order."""
+        parts = [np.concatenate([np.zeros(0), *part]).astype(np.float64) for part in (values, on_faces)]
+        self.of_cells.append((str(name), parts[0], parts[1]))
+
+    def faces(self, corners: Any) -> None:
+        corners = np.asarray(corners, dtype=np.int64)
+        self.corners.append(np.pad(corners, ((0, 0), (0, 4 - corners.shape[1])), constant_values=-1))
+
+    def list(self) -> Numbers:
+        corners = np.concatenate([np.zeros((0, 4), dtype=np.int64), *self.corners])
+        return self.of_nodes, self.of_cells, np.ascontiguousarray(corners), self.others
+
+
 def given(mesh: Any) -> Given:
-    """Coordinates, cells and groups of whatever it is."""
+    """Coordinates, cells, groups and arrays of whatever it is."""
     if isinstance(mesh, tuple):
-        if len(mesh) not in (2, 3):
-            raise InputError("mesh", f"it is a tuple of {len(mesh)}", "give (points, cells, groups)")
-        return of_arrays(mesh[0], mesh[1], mesh[2] if len(mesh) == 3 else {})
+        if len(mesh) not in (2, 3, 4):
+            raise InputError("mesh", f"it is a tuple of {len(mesh)}", "give (points, cells, groups, arrays)")
+        return of_arrays(*mesh, *({}, {})[len(mesh) - 2 :])
     if hasattr(mesh, "cell_sets") and hasattr(mesh, "cells"):
         return of_meshio(mesh)
     if hasattr(mesh, "celltypes") and hasattr(mesh, "cell_data"):
         return of_pyvista(mesh)
-    raise InputError("mesh", f"a {type(mesh).__name__} is no mesh", "give a file, meshio, pyvista or (points, cells, groups)")
+    raise InputError("mesh", f"a {type(mesh).__name__} is no mesh", "give a file, meshio, pyvista or (points, cells, groups, arrays)")
 
 
 def places(points: Any) -> npt.NDArray[np.float64]:
@@ -92,7 +132,7 @@ def table(kind: str, nodes: Any) -> tuple[str, Whole]:
     return kind, np.require(array, np.int64, ["C", "A"])
 
 
-def of_arrays(points: Any, cells: Any, groups: Any) -> Given:
+def of_arrays(points: Any, cells: Any, groups: Any, arrays: Any) -> Given:
     blocks = []
     by_width = {width: kind for kind, (width, _, _) in KINDS.items()}
     named = isinstance(cells, list) and all(len(part) == 2 and isinstance(part[0], str) for part in cells)
@@ -114,7 +154,18 @@ def of_arrays(points: Any, cells: Any, groups: Any) -> Given:
                 remedy = "give numbers of nodes, corners of faces (k, 3 or 4), or a dict of cells, faces and nodes"
                 raise InputError(f"mesh, group {name!r}", what, remedy)
             {"cells": gathered.cells, "faces": gathered.faces, "nodes": gathered.nodes}[key](name, array)
-    return places(points), blocks, gathered.list()
+    where, numbers = places(points), Arrays()
+    counts = {len(where): "nodes", sum(len(nodes) for _, nodes in blocks): "cells"}
+    for name, values in arrays.items():
+        array = reals(values, f"mesh, array {name!r}")
+        if array.ndim != 1 or len(array) not in counts:
+            what, remedy = f"its shape is {array.shape}", f"give one number for each of {' or '.join(map(str, counts))}"
+            raise InputError(f"mesh, array {name!r}", what, f"{remedy}: nodes or cells")
+        if len(array) == len(where):
+            numbers.nodes(name, array)
+        else:
+            numbers.cells(name, [array], [])
+    return where, blocks, gathered.list(), numbers.list()
 
 
 def of_meshio(mesh: Any) -> Given:
@@ -153,7 +204,17 @@ def of_meshio(mesh: Any) -> Given:
                     add(name, b, chosen)
     for name, chosen in mesh.point_sets.items():
         gathered.nodes(name, chosen)
-    return places(mesh.points), blocks, gathered.list()
+    numbers = Arrays()
+    of_faces = [b for b, block in enumerate(mesh.cells) if block.type in FACES]
+    of_cells = [b for b, block in enumerate(mesh.cells) if block.type in OF_MESHIO]
+    for b in of_faces:
+        numbers.faces(mesh.cells[b].data[:, : FACES[mesh.cells[b].type]])
+    for name, values in mesh.point_data.items():
+        numbers.nodes(name, values)
+    for name, parts in mesh.cell_data.items():
+        if of_cells and numbers.fits(name, parts[of_cells[0]]):
+            numbers.cells(name, [np.asarray(parts[b]) for b in of_cells], [np.asarray(parts[b]) for b in of_faces])
+    return places(mesh.points), blocks, gathered.list(), numbers.list()
 
 
 def of_pyvista(grid: Any) -> Given:
@@ -194,4 +255,15 @@ def of_pyvista(grid: Any) -> Given:
         array = np.asarray(grid.point_data[key])
         if array.ndim == 1 and array.dtype.kind in "iub" and set(np.unique(array).tolist()) <= {0, 1}:
             gathered.nodes(key, np.flatnonzero(array))
-    return places(grid.points), blocks, gathered.list()
+    numbers = Arrays()
+    of_faces = [kind for kind in of_type if kind in FACES]
+    of_cells = [kind for kind in of_type if kind in OF_VTK]
+    for kind in of_faces:
+        numbers.faces(of_type[kind][:, : FACES[kind]])
+    for key in grid.point_data:
+        numbers.nodes(key, grid.point_data[key])
+    for key in grid.cell_data:
+        if numbers.fits(key, grid.cell_data[key]):
+            of_kind = {kind: np.asarray(grid.cell_data[key])[types == kind] for kind in of_type}
+            numbers.cells(key, [of_kind[kind] for kind in of_cells], [of_kind[kind] for kind in of_faces])
+    return places(grid.points), blocks, gathered.list(), numbers.list()

@@ -81,6 +81,8 @@ def rows(
         other = numbers(against, len(table), "against", "node")
         if len(other) != len(own):
             raise InputError("against", f"it has {len(other)} nodes, and `nodes` {len(own)}", "give one for each")
+        if np.any(same := other == own):
+            raise InputError("against", f"node {own[same.argmax()]} is against itself", "give nodes of the other body")
         sides.append((other, -frame))
     at = np.arange(3 * len(own)).reshape(-1, 3, 1)
     parts = [(values, np.broadcast_to(at, values.shape), table[places][:, None, :] + 0 * at) for places, values in sides]
@@ -181,7 +183,7 @@ def mortar(
     if cells is not None:
         corners = [[_corners(block) for block in surface] for surface in surfaces]
         named = {name: {"faces": np.concatenate(own)} for name, own in zip(("slave", "master"), corners, strict=True)}
-        mesh = of_arrays(at, cells, named)
+        mesh = of_arrays(at, cells, named, {})
         surfaces = [], []
     if unknowns is None:
         unknowns = 3 * len(at) if dofs is None else int(np.max(np.asarray(dofs), initial=-1)) + 1
@@ -215,6 +217,11 @@ def _faces(faces: Any, nodes: int, name: str) -> list[Whole]:
         blocks.append(np.require(array, np.int64, ["C", "A"]))
     if not sum(map(len, blocks)):
         raise InputError(name, "it has no faces", "give some")
+    corners = np.sort(np.concatenate([_corners(block) for block in blocks]), axis=1)
+    once, count = np.unique(corners, axis=0, return_counts=True)
+    if len(once) < len(corners):
+        twice = once[count.argmax()]
+        raise InputError(name, f"the face with the corners {twice[twice >= 0].tolist()} is given twice", "give it once")
     return blocks
 
 

@@ -11,7 +11,8 @@ _Whole = npt.NDArray[np.int64]
 _Rows = tuple[int, int, npt.NDArray[Any], npt.NDArray[Any], _Reals]
 _Laws = tuple[npt.NDArray[np.uint8], _Reals, _Reals, _Reals]
 
-_Given = tuple[_Reals, list[tuple[str, _Whole]], list[tuple[str, _Whole, _Whole, _Whole]]]
+_Numbers = tuple[list[tuple[str, _Reals]], list[tuple[str, _Reals, _Reals]], _Whole, list[tuple[str, str]]]
+_Given = tuple[_Reals, list[tuple[str, _Whole]], list[tuple[str, _Whole, _Whole, _Whole]], _Numbers]
 
 __version__: str
 
