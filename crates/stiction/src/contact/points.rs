@@ -274,7 +274,7 @@ fn refuse_imposed_overlap(
         return Ok(());
     }
     let what = format!("the prescribed displacement pushes node {} at {x:?} {:.3e} into the obstacle", node + 1, -gap);
-    Err(Error::new("", what, "reduce the prescribed displacement, or take the node out of the contact surface"))
+    Err(Error::new("", what, surface.remedy_of_overlap()))
 }
 
 /// A tie holds its node where it was meshed, as a prescribed zero would; a prescribed displacement contradicts it.

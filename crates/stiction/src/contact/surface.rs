@@ -147,6 +147,17 @@ impl ContactSurface {
         self.periods.iter().any(|[a, b]| other.periods.iter().any(|[from, to]| a.max(*from) < b.min(*to)))
     }
 
+    /// What helps where a prescribed displacement presses nodes into an obstacle.
+    pub(crate) fn remedy_of_overlap(&self) -> &'static str {
+        match self.stiffness {
+            Some(_) => {
+                "move the nodes by a rigid [[coupling]] in place of the [[fix]]: the interface yields under them there; or take them out of \
+                 the contact surface"
+            }
+            None => "reduce the prescribed displacement, or take the node out of the contact surface",
+        }
+    }
+
     /// Lets the other surface of a pair carry the points; nothing where there is no other.
     pub(crate) fn change_sides(&mut self) {
         let Counterpart::Surface(master) = &mut self.against else { return };

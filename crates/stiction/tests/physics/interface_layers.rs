@@ -5,7 +5,8 @@ use std::ops::ControlFlow;
 use stiction::certificate::certify;
 use stiction::friction::{PointState, Status};
 use stiction::io::case;
-use stiction::run::{Settings, prepare, solve};
+use stiction::linalg::Stop;
+use stiction::run::{Plan, Settings, Stage, prepare, solve, solve_case, totals};
 use stiction_fixtures::case_run::{at, block, is, solved};
 
 const YOUNG: f64 = 2000.0;
@@ -191,4 +192,35 @@ fn a_stressed_joint_slips_when_its_pressure_is_relieved_enough() {
         let found = solve(&prepared, &Settings::of(&case.solver), &mut |_| ControlFlow::Continue(())).unwrap();
         assert_eq!(found.solution.status, Status::NoEquilibrium, "{path}");
     }
+}
+
+/// A stamp that is moved as a whole presses its gasket by stiffness times depth: by a coupling, which the refusal of a prescribed
+/// displacement names.
+#[test]
+fn a_rigid_stamp_presses_a_layer_by_its_depth() {
+    let stamp = |held: &str, steps: &str| {
+        format!(
+            "{}[materials.soft]\nyoung = {YOUNG}\npoisson = 0.3\n{held}[[contact]]\non = \"z-min\"\n{FLOOR}friction = \"none\"\n\
+             stiffness = {{ normal = 500 }}\n{steps}",
+            block([2.0, 2.0, 1.0], [2, 2, 1], "element = \"hex8\"")
+        )
+    };
+    let all = "on = { box = [[0, 0, 0], [2, 2, 1]] }\n";
+    for steps in ["", "[[step]]\nuntil = 1\n"] {
+        let held = format!(
+            "[[fix]]\n{all}components = \"z\"\nvalue = [-0.01]\n[[fix]]\non = \"x-min\"\ncomponents = \"xy\"\n"
+        );
+        let error = refused_at(&stamp(&held, steps));
+        assert!(error.contains("into the obstacle") && error.contains("[[coupling]]"), "{error}");
+        let motion = "motion = { x = 0, y = 0, z = -0.01 }\nrotation = { x = 0, y = 0, z = 0 }\npoint = [1, 1, 0]\nname = \"stamp\"\n";
+        let run = solved(&stamp(&format!("[[coupling]]\n{all}{motion}kind = \"rigid\"\n"), steps));
+        is(totals(&run.1, &run.0).normal_force, 500.0 * 0.01 * 4.0, 20.0);
+    }
+}
+
+/// What is wrong with a case, wherever it is found.
+fn refused_at(text: &str) -> String {
+    let case = case::parse(text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
+    let go_on = &mut |_: Stage| ControlFlow::Continue(());
+    solve_case(&case, &Plan::default(), &Stop::never(), None, go_on).map(|_| ()).unwrap_err().to_string()
 }

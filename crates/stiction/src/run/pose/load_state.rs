@@ -368,7 +368,7 @@ pub(crate) fn refuse_overlap(
             let depth = -distance - apart;
             let what =
                 format!("node {} at {x:?}, which is held, gets {depth:.3e} into the obstacle at t = {t}", node + 1);
-            return Err(Error::new("", what, "reduce the motion, or take the node out of the contact surface"));
+            return Err(Error::new("", what, surface.remedy_of_overlap()));
         }
     }
     Ok(())
