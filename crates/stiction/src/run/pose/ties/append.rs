@@ -4,7 +4,7 @@ use crate::fem::DofMap;
 use crate::linalg::Csr;
 
 /// What their points are called among the pairs.
-const TIES: &str = "equations";
+const TIES: &str = "couplings and equations";
 
 /// Adds the points: tied, without an area, and with forces that are none between bodies.
 pub(super) fn append(dofs: &DofMap, points: &[TiedPoint], problem: &mut ContactProblem) {
