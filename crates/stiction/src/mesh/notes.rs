@@ -86,6 +86,11 @@ pub enum MeshNote {
         /// How many stay straight.
         straight: usize,
     },
+    /// Faces all of whose corners supports hold in one direction, no one and no two of which have them all.
+    HeldPieceByPiece {
+        /// How many.
+        faces: usize,
+    },
     /// Numbers in a set that no node or element has, and the first of them.
     UnknownMembers {
         /// Name of the group.
@@ -144,6 +149,11 @@ impl fmt::Display for MeshNote {
                     _ => format!("; {} where the surface is curved stay straight", many(*straight, "edge")),
                 };
                 write!(f, "{} of facets made round, by up to {most:.3e}{stay}", many(*moved, "edge"))
+            }
+            MeshNote::HeldPieceByPiece { faces } => {
+                let what = "each corner is held by another support: nothing holds what lies between them on finer meshes; name the nodes in \
+                            one group, or give their displacements as an expression";
+                write!(f, "at {} {what}", many(*faces, "face"))
             }
             MeshNote::Skipped { what, count } => write!(f, "{} in no group, not used", many(*count, what)),
             MeshNote::NotRead { what } => {

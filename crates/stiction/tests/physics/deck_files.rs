@@ -108,6 +108,32 @@ fn supports_of_sets_that_share_nodes_hold_on_finer_meshes() {
     }
 }
 
+/// Nodes of which each has a value of its own hold nothing between them: a note says so, and none of two supports on one layer of cells.
+#[test]
+fn supports_of_single_nodes_are_told_where_the_mesh_is_refined() {
+    let press = std::fs::read_to_string(folder().join("press.inp")).unwrap();
+    let top = |values: [&str; 4]| {
+        let rows: String =
+            [15, 16, 17, 18].iter().zip(values).map(|(node, value)| format!("{node}, 3, 3, {value}\n")).collect();
+        let text =
+            press.replace("NBOTTOM, 1, 3\n", &format!("NBOTTOM, 1, 3\n{rows}")).replace("*DLOAD\n2, P2, 10.\n", "");
+        let deck = deck::parse(text.as_bytes(), "deck.inp", &|name| Err(format!("there is no {name}"))).unwrap();
+        let case = deck.case(&[("accuracy.energy".into(), "0.5".into())]).unwrap();
+        let mut told = false;
+        let mut tell = |stage: Stage| {
+            if let Stage::Posed(facts, _) = stage {
+                told |=
+                    facts.notes.iter().any(|note| note.contains("at 1 face each corner is held by another support"));
+            }
+            ControlFlow::Continue(())
+        };
+        solve_case(&case, &Plan::default(), &Stop::never(), None, &mut tell).unwrap();
+        told
+    };
+    assert!(top(["-0.01", "-0.011", "-0.012", "-0.013"]));
+    assert!(!top(["-0.01"; 4]) && !top(["-0.01", "-0.01", "-0.012", "-0.012"]));
+}
+
 #[test]
 fn nodes_meet_a_surface_by_themselves_on_both_paths() {
     let deck = deck::read(&folder().join("nodes.inp"), &[]).unwrap_or_else(|e| panic!("{e}"));

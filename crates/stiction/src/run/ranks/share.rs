@@ -214,7 +214,7 @@ impl Whole {
         mesh.groups = groups;
         keep_arrays(case, &mut mesh);
         let leaders = ties.leaders(&mesh, points.leaders());
-        let weights = weights(&mesh, &points, &held, &leaders, parts);
+        let weights = weights(&mesh, &points, &dofs, &leaders, parts);
         Ok(Whole {
             mesh,
             numbers,
@@ -445,12 +445,12 @@ fn overlap_of_held_nodes(
 }
 
 /// What each node counts when the mesh is divided.
-fn weights(mesh: &Mesh, points: &PosedPoints, held: &[Fix], leaders: &[[u32; 2]], parts: usize) -> Vec<f64> {
+fn weights(mesh: &Mesh, points: &PosedPoints, dofs: &DofMap, leaders: &[[u32; 2]], parts: usize) -> Vec<f64> {
     let mut weights = vec![1.0; mesh.nodes.len()];
     points.nodes().chain(points.links().into_iter().flatten()).for_each(|v| weights[v as usize] = CONTACT_WEIGHT);
     // A part needs nodes that move: those held in all directions have no row in any matrix.
-    for fix in held.iter().filter(|fix| fix.value.iter().all(Option::is_some)) {
-        fix.nodes.iter().for_each(|&v| weights[v as usize] = 0.0);
+    for three in dofs.prescribed.windows(3).filter(|three| three[0] % 3 == 0 && three[2] == three[0] + 2) {
+        weights[three[0] as usize / 3] = 0.0;
     }
     for &[node, leader] in leaders {
         weights[leader as usize] += std::mem::take(&mut weights[node as usize]);
