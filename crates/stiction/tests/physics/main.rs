@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod bolts;
+mod bound_judge;
 mod brittle;
 mod certificate;
 mod changes;
