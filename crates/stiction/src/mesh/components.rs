@@ -31,7 +31,7 @@ pub fn bodies(mesh: &Mesh) -> Vec<u32> {
 }
 
 /// The lowest node known to hang together with `node`; halves the path on the way.
-fn root(parent: &mut [u32], mut node: u32) -> u32 {
+pub(super) fn root(parent: &mut [u32], mut node: u32) -> u32 {
     while parent[node as usize] != node {
         let above = parent[parent[node as usize] as usize];
         parent[node as usize] = above;

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::components::root;
 use super::face_table::sorted;
 use super::shape::TET_EDGES;
 use super::v3::{V3, dot, sub};
@@ -272,21 +273,14 @@ pub(super) fn edges_between(mesh: &Mesh, set: &[u32], unit: f64) -> Vec<[u32; 2]
 
 /// The nodes of a set in parts, the corners of each joined by edges of cells between nodes of the set.
 fn joined(mesh: &Mesh, set: &[u32]) -> Vec<Vec<u32>> {
-    let mut of_node = vec![NONE; mesh.nodes.len()];
-    set.iter().for_each(|&node| of_node[node as usize] = node);
-    fn root(of_node: &mut [u32], mut node: u32) -> u32 {
-        while of_node[node as usize] != node {
-            let above = of_node[of_node[node as usize] as usize];
-            of_node[node as usize] = above;
-            node = above;
-        }
-        node
-    }
+    let mut is_in = vec![false; mesh.nodes.len()];
+    set.iter().for_each(|&node| is_in[node as usize] = true);
+    let mut parent: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
     for (kind, cell) in mesh.cell_iter() {
         for [a, b] in edges_of(kind).iter().map(|&[i, j]| [cell[i], cell[j]]) {
-            if of_node[a as usize] != NONE && of_node[b as usize] != NONE {
-                let [a, b] = [a, b].map(|node| root(&mut of_node, node));
-                of_node[a.max(b) as usize] = a.min(b);
+            if is_in[a as usize] && is_in[b as usize] {
+                let [a, b] = [a, b].map(|node| root(&mut parent, node));
+                parent[a.max(b) as usize] = a.min(b);
             }
         }
     }
@@ -294,7 +288,7 @@ fn joined(mesh: &Mesh, set: &[u32]) -> Vec<Vec<u32>> {
     let mut place = HashMap::new();
     for &node in set {
         let next = parts.len();
-        let part = *place.entry(root(&mut of_node, node)).or_insert(next);
+        let part = *place.entry(root(&mut parent, node)).or_insert(next);
         if part == next {
             parts.push(Vec::new());
         }
