@@ -147,8 +147,9 @@ fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
         }
         ControlFlow::Continue(())
     };
-    let (tell, say): (fn(&Stage), fn(&str)) =
-        if arguments.json { (|stage| show(stage, note), note) } else { (|stage| show(stage, out), out) };
+    let say: fn(&str) = if arguments.json { note } else { out };
+    let tell: fn(&Stage) =
+        if arguments.json { |stage: &Stage| show(stage, note) } else { |stage: &Stage| show(stage, out) };
     let keep = Keep { folder: folder.clone(), resume: arguments.resume, tell };
     let answer = solve_steps_on_ranks(&case, ranks, Some(&keep), &mut observer)?;
     let files = write_on_ranks(&answer, &folder, &**ranks)?;
