@@ -253,9 +253,9 @@ class Case:
         A dict with the keys of a case file, the text of one (TOML), or its path.
     mesh : optional
         A mesh in place of the case's own: a path, a ``meshio.Mesh``, a ``pyvista.UnstructuredGrid``, or
-        ``(points, cells, groups, arrays)``, of which the last two may be left out: coordinates ``(nodes, 3)``; nodes of the cells, an array or ``{kind: array}`` with the
-        kinds tet4, hex8, tet10, hex20, wedge6, wedge15 in VTK's order; groups by name, as numbers of nodes ``(k,)``, corners of faces
-        ``(k, 3)`` or ``(k, 4)``, or ``{"cells": .., "faces": .., "nodes": ..}``; arrays by name, a number for
+        ``(points, cells, groups, arrays)``, of which the last two may be left out: coordinates ``(nodes, 3)``; nodes of the
+        cells, an array or ``{kind: array}`` with the kinds tet4, hex8, tet10, hex20, wedge6, wedge15 in VTK's order; groups by
+        name, as numbers of nodes ``(k,)``, corners of faces ``(k, 3)`` or ``(k, 4)``, or ``{"cells": .., "faces": .., "nodes": ..}``; arrays by name, a number for
         each node or for each cell. A pyvista grid gives groups by its arrays of integers, as a ``.vtu`` file does. Arrays of floating-point
         numbers are those of the mesh that a case may name: ``{"temperature": {"array": "T"}}``.
     overrides : dict, optional
