@@ -242,6 +242,11 @@ impl Solution {
         problem.elastic.f.iter().all(|&f| f == 0.0) && problem.contact.gap.iter().all(|&gap| gap >= 0.0)
     }
 
+    /// Whether, in addition, the states of points without force are known: those with strength hold or not by what came before.
+    pub(crate) fn may_rest(problem: &ContactProblem) -> bool {
+        Solution::nothing_acts(problem) && problem.contact.friction.iter().all(|law| law.strength() == [0.0; 2])
+    }
+
     /// Neither displacements nor forces, of so many unknowns and the points with these laws, as `certificate` judges it; `None` if it is
     /// no answer.
     pub(crate) fn at_rest(

@@ -141,3 +141,17 @@ fn steps_of_an_interface_with_everything_are_judged_anew_from_their_files() {
     let contact = std::fs::read(last).unwrap();
     assert!(contact.windows(8).any(|bytes| bytes == b"cohesion"));
 }
+
+/// Between two pulls below its strength a glue is without any force, exactly: that is no failure.
+#[test]
+fn a_glue_that_nothing_loads_for_a_while_holds() {
+    for path in ["dense", "multigrid"] {
+        let text =
+            glued([1.0; 3], [2, 2, 2], "[0, 0, \"1e-4*abs(t - 2)\"]", path) + "[[step]]\nuntil = 3\nincrements = 3\n";
+        let run = run(&text, || None);
+        for (step, pull) in run.outcome.steps.iter().zip([0.2, 0.0, 0.2]) {
+            is(step.answer.contact.normal_force, -pull, 1.0);
+        }
+        assert_eq!(run.outcome.steps.len(), 3);
+    }
+}

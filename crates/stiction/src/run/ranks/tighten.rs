@@ -229,7 +229,7 @@ impl Solver<'_, '_> {
     fn at_rest(&self, found: &Solution) -> Option<Solution> {
         let Local { problem, division, .. } = &*self.local;
         let is_locked = found.status == Status::Solved && found.lambda.iter().any(|&force| force != 0.0);
-        let mut others = [f64::from(u8::from(is_locked || !Solution::nothing_acts(problem)))];
+        let mut others = [f64::from(u8::from(is_locked || !Solution::may_rest(problem)))];
         max(&*division.ranks, &mut others);
         let no_forces = vec![0.0; 3 * problem.points()];
         let certificate =
@@ -241,12 +241,12 @@ impl Solver<'_, '_> {
     /// Solves from the displacements given, and if that fails from the beginning.
     pub(super) fn attempt(&mut self, from: Option<&[f64]>, shortening: &[f64]) -> Solution {
         let settings = self.starting(from, shortening);
-        let mut first = solve_multigrid(&self.own, self.multigrid, &settings, self.observer);
+        let first = solve_multigrid(&self.own, self.multigrid, &settings, self.observer);
         if first.status == Status::Interrupted {
             return first;
         }
         if let Some(at_rest) = self.at_rest(&first) {
-            return Solution { counts: first.counts, history: std::mem::take(&mut first.history), ..at_rest };
+            return Solution { counts: first.counts, history: first.history, ..at_rest };
         }
         if from.is_none() || !matches!(first.status, Status::MaxIterations | Status::Stalled) {
             return first;

@@ -396,7 +396,7 @@ fn attempt(
     march.attempts += 1;
     let problem = &prepared.problem;
     let unloaded = Solution::nothing_acts(problem) && !may_be_locked(prepared, march);
-    if unloaded {
+    if unloaded && Solution::may_rest(problem) {
         let by_multigrid = kept.begins_with_multigrid(problem, &settings.solver);
         let path = if by_multigrid { SolverPath::Multigrid } else { SolverPath::Solves };
         let certificate = |u: &[f64], lambda: &[f64]| certify(problem, u, lambda, settings.solver.tolerance);
