@@ -16,7 +16,7 @@ use stiction::io::folder::read_text;
 use stiction::io::lock::Lock;
 use stiction::io::text::plain;
 use stiction::ranks::{Ranks, agree};
-use stiction::run::{Keep, Stage, case_of_deck, level_line, solve_steps_on_ranks, write_on_ranks};
+use stiction::run::{ForPeople, Keep, REPORT, Stage, case_of_deck, level_line, solve_steps_on_ranks, write_on_ranks};
 use stiction::{Error, Progress};
 
 /// Certified elastic contact with friction in 3D, on several machines: mpirun -n N stiction-mpi solve CASE.toml
@@ -55,10 +55,10 @@ struct Solve {
     /// Go on after the last finished load step, or mesh of a refining run, that the folder of results holds, on any number of ranks
     #[arg(long)]
     resume: bool,
-    /// Changes nothing: `stiction report DIR` writes report.html
+    /// Leave out report.html; `stiction report DIR` writes it later
     #[arg(long)]
     no_report: bool,
-    /// Changes nothing: ranks make no pictures
+    /// Leave out the pictures (PNG)
     #[arg(long)]
     no_pictures: bool,
     /// How progress is shown, on standard error
@@ -152,10 +152,14 @@ fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
         if arguments.json { |stage: &Stage| show(stage, note) } else { |stage: &Stage| show(stage, out) };
     let keep = Keep { folder: folder.clone(), resume: arguments.resume, tell };
     let answer = solve_steps_on_ranks(&case, ranks, Some(&keep), &mut observer)?;
-    let files = write_on_ranks(&answer, &folder, &**ranks)?;
+    let wanted = ForPeople { pictures: !arguments.no_pictures, report: !arguments.no_report };
+    let written = write_on_ranks(&answer, &folder, wanted, &**ranks)?;
     if first {
         say(&format!("\n{}", answer.summary));
-        say(&format!("  files        {} in {}\n", files.join(", "), folder.display()));
+        if let Some(error) = &written.without_report {
+            note(&format!("warning: {REPORT} was not written: {error}\n"));
+        }
+        say(&format!("  files        {} in {}\n", written.files.join(", "), folder.display()));
         if arguments.json {
             print(std::io::stdout(), &read_text(&folder.join("summary.json"))?);
         }

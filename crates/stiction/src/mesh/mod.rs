@@ -231,12 +231,17 @@ impl Face {
 
     /// Its nodes in the order in which its border runs through them.
     pub fn border(&self) -> Vec<u32> {
-        let (corners, middles) = self.nodes().split_at(self.corners().len());
-        if middles.is_empty() {
-            return corners.to_vec();
-        }
-        corners.iter().zip(middles).flat_map(|(&corner, &middle)| [corner, middle]).collect()
+        border(self.nodes())
     }
+}
+
+/// The nodes around a face in their order; given are corners, then the middles of edges.
+pub(crate) fn border(nodes: &[u32]) -> Vec<u32> {
+    let (corners, middles) = nodes.split_at(shape::face_corners(nodes.len()));
+    if middles.is_empty() {
+        return corners.to_vec();
+    }
+    corners.iter().zip(middles).flat_map(|(&corner, &middle)| [corner, middle]).collect()
 }
 
 /// A named set of cells, boundary faces or nodes; often only one of the lists is used.

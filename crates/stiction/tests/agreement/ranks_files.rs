@@ -10,7 +10,7 @@ use stiction::friction::Status;
 use stiction::io::case::{self, Case};
 use stiction::io::pieces::read_pieces;
 use stiction::ranks::threads;
-use stiction::run::{Keep, RankedSummary, SUMS, check, prepare, solve_steps_on_ranks, write_on_ranks};
+use stiction::run::{ForPeople, Keep, RankedSummary, SUMS, check, prepare, solve_steps_on_ranks, write_on_ranks};
 
 #[cfg(feature = "report")]
 use serde_json::Value;
@@ -54,12 +54,17 @@ pub(super) fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Solves on ranks and writes the folder; ends at the cycle `stop` of all if there is one.
+/// Solves on ranks and writes the folder, without pictures and report.
 pub(super) fn solved(case: &Case, size: usize, folder: &Path, resume: bool) -> RankedSummary {
+    solved_for(ForPeople::default(), case, size, folder, resume)
+}
+
+/// Solves on ranks and writes the folder.
+pub(super) fn solved_for(wanted: ForPeople, case: &Case, size: usize, folder: &Path, resume: bool) -> RankedSummary {
     let keep = Keep { folder: folder.to_path_buf(), resume, tell: |_| {} };
     let mut all = threads(size, |ranks| {
         let answer = solve_steps_on_ranks(case, &ranks, Some(&keep), &mut |_| ControlFlow::Continue(())).unwrap();
-        write_on_ranks(&answer, folder, &*ranks).unwrap();
+        write_on_ranks(&answer, folder, wanted, &*ranks).unwrap();
         answer.summary
     });
     all.swap_remove(0)
@@ -366,7 +371,6 @@ fn load_steps_that_rank_0_solves_alone_are_kept() {
 /// The view of a report, as the page holds it.
 #[cfg(feature = "report")]
 fn view_of(folder: &Path) -> Value {
-    stiction::run::write_report(folder).unwrap_or_else(|error| panic!("{error}"));
     let page = fs::read_to_string(folder.join(stiction::run::REPORT)).unwrap();
     assert!(page.contains("Solved and certified.") && !page.contains(">NaN"));
     let (_, rest) = page.split_once("id=\"view-data\">").unwrap();
@@ -381,9 +385,15 @@ fn the_report_of_several_ranks_shows_what_that_of_one_does() {
         let case = case_of(&text, "1e-10");
         let of = |size: usize| {
             let folder = folder(&format!("report-{name}-{size}"));
-            solved(&case, size, &folder, false);
+            solved_for(ForPeople { report: true, pictures: false }, &case, size, &folder, false);
+            let at_once = view_of(&folder);
+            passes(&folder);
+            // From the files of all ranks.
+            fs::remove_file(folder.join(stiction::run::REPORT)).unwrap();
+            stiction::run::write_report(&folder).unwrap_or_else(|error| panic!("{error}"));
             let view = view_of(&folder);
             passes(&folder);
+            agree(&at_once, &view);
             if size > 1 {
                 // Without a piece there is no whole.
                 fs::remove_file(folder.join("result-0001.vtu")).unwrap();
@@ -391,27 +401,71 @@ fn the_report_of_several_ranks_shows_what_that_of_one_does() {
             }
             view
         };
-        let (one, three) = (of(1), of(3));
-        // Their orders differ, not what there is.
-        for key in ["firstContactFace", "low", "high", "fields"] {
-            assert_eq!(one[key], three[key], "{key}");
-        }
-        let length = |view: &Value| view["faces"].as_str().map_or(0, str::len);
-        assert!(length(&one) > 1000 && length(&three) == length(&one));
-        let frame = |view: &Value| view["frames"][0].clone();
-        let (one, three) = (frame(&one), frame(&three));
-        let same = |a: &Value, b: &Value, of: f64| {
-            // Displacements are some 1e-5; the gap of what all touches is rounding.
-            assert!((a.as_f64().unwrap() - b.as_f64().unwrap()).abs() <= 1e-6 * of + 1e-15, "{a} {b}");
+        agree(&of(1), &of(3));
+    }
+}
+
+/// Whether two views show the same: their orders differ, not what there is.
+#[cfg(feature = "report")]
+fn agree(one: &Value, other: &Value) {
+    for key in ["firstContactFace", "low", "high", "fields"] {
+        assert_eq!(one[key], other[key], "{key}");
+    }
+    let length = |view: &Value| view["faces"].as_str().map_or(0, str::len);
+    assert!(length(one) > 1000 && length(other) == length(one));
+    let (one, other) = (&one["frames"][0], &other["frames"][0]);
+    let same = |a: &Value, b: &Value, of: f64| {
+        // Displacements are some 1e-5; the gap of what all touches is rounding.
+        assert!((a.as_f64().unwrap() - b.as_f64().unwrap()).abs() <= 1e-6 * of + 1e-15, "{a} {b}");
+    };
+    same(&one["largest"], &other["largest"], one["largest"].as_f64().unwrap());
+    let (fields, others) = (one["values"].as_array().unwrap(), other["values"].as_array().unwrap());
+    assert_eq!([fields.len(), others.len()], [6, 6]);
+    // Stress and pressure; where all touches, gaps are rounding.
+    assert!(fields[..2].iter().all(|field| field["high"].as_f64().unwrap() > 1e5));
+    for (a, b) in fields.iter().zip(others) {
+        let high = a["high"].as_f64().unwrap();
+        ["low", "high"].iter().for_each(|end| same(&a[end], &b[end], high));
+    }
+}
+
+/// Byte for byte the pictures of one machine, which draws them from the whole mesh: of several bodies with quadratic cells, of load steps.
+#[cfg(feature = "plots")]
+#[test]
+fn the_pictures_of_several_ranks_are_those_of_one_machine() {
+    use stiction::run::{Event, Origin, Prepared, Settings, Step, begin_steps, keep_step, solve, solve_steps, write};
+
+    for (name, text, drawn) in [
+        (
+            "blocks",
+            blocks("tet10"),
+            &["deformed", "pressure-wall", "pressure-blocks", "shear-blocks", "status-blocks"][..],
+        ),
+        ("steps", stepped(), &["deformed", "pressure", "shear", "status"]),
+    ] {
+        let case = case_of(&text, "1e-11");
+        let of_one = folder(&format!("pictures-{name}-serial"));
+        let mut prepared = prepare(&case).unwrap();
+        let (settings, go_on) = (Settings::of(&case.solver), &mut |_: &Event| ControlFlow::Continue(()));
+        let mut outcome = if case.steps.is_empty() {
+            solve(&prepared, &settings, go_on).unwrap()
+        } else {
+            let (mut files, _) = begin_steps(&prepared, &of_one, false).unwrap();
+            let mut keep = |prepared: &Prepared, step: &Step| keep_step(&mut files, prepared, step);
+            solve_steps(&mut prepared, &settings, None, &mut keep, go_on).unwrap()
         };
-        same(&one["largest"], &three["largest"], one["largest"].as_f64().unwrap());
-        let (fields, others) = (one["values"].as_array().unwrap(), three["values"].as_array().unwrap());
-        assert_eq!([fields.len(), others.len()], [6, 6]);
-        // Stress and pressure; where all touches, gaps are rounding.
-        assert!(fields[..2].iter().all(|field| field["high"].as_f64().unwrap() > 1e5));
-        for (a, b) in fields.iter().zip(others) {
-            let high = a["high"].as_f64().unwrap();
-            ["low", "high"].iter().for_each(|end| same(&a[end], &b[end], high));
+        write(&prepared, &mut outcome, &Origin::default(), &of_one).unwrap();
+        for size in [1, 3] {
+            let here = folder(&format!("pictures-{name}-{size}"));
+            let wanted = ForPeople { pictures: true, report: false };
+            solved_for(wanted, &case, size, &here, false);
+            passes(&here);
+            for name in drawn {
+                let of = |folder: &Path| fs::read(folder.join(format!("{name}.png"))).unwrap();
+                assert!(of(&here) == of(&of_one), "{name} on {size} ranks");
+            }
+            assert!(here.join("convergence.png").exists());
+            assert_eq!(here.join("history.png").exists(), !case.steps.is_empty());
         }
     }
 }

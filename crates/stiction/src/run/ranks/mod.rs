@@ -30,6 +30,8 @@ mod report;
 mod room;
 mod scope;
 mod share;
+#[cfg_attr(not(all(feature = "plots", feature = "report")), path = "not_shown.rs")]
+mod shown;
 mod small;
 mod solve;
 mod statics;
@@ -48,4 +50,4 @@ pub use keep::Keep;
 pub use page::write_report;
 pub use record::{RankRecord, RankedStep, RankedSummary};
 pub use solve::{RankedAnswer, solve_on_ranks, solve_steps_on_ranks};
-pub use write::write_on_ranks;
+pub use write::{ForPeople, Written, write_on_ranks};

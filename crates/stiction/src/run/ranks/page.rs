@@ -105,7 +105,7 @@ impl From<RankedSummary> for Summary {
             command: None,
             problem: of.problem,
             report: of.report,
-            pictures: Vec::new(),
+            pictures: of.pictures,
         }
     }
 }

@@ -217,6 +217,9 @@ pub struct RankedSummary {
     pub report: Vec<Row>,
     /// Versions of program and format.
     pub versions: Versions,
+    /// Names of the pictures.
+    #[serde(default)]
+    pub pictures: Vec<String>,
 }
 
 impl RankedSummary {
@@ -261,6 +264,7 @@ impl RankedSummary {
             problem: Vec::new(),
             report: Vec::new(),
             versions: Versions { stiction: env!("CARGO_PKG_VERSION").into(), summary: FORMAT },
+            pictures: Vec::new(),
         }
     }
 

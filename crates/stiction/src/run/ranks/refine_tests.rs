@@ -7,7 +7,7 @@ use crate::fem::Field;
 use crate::io::case;
 use crate::io::folder;
 use crate::ranks::threads;
-use crate::run::ranks::{check, write_on_ranks};
+use crate::run::ranks::{ForPeople, check, write_on_ranks};
 use crate::run::whole::solve_case;
 
 const STEEL: &str = "[materials.steel]\nyoung = 21.19e10\npoisson = 0.277\nexpansion = 12e-6\n";
@@ -75,7 +75,7 @@ fn on_ranks(case: &Case, size: usize, most: usize, folder: &Path, resume: bool) 
     let accuracy = case.accuracy.unwrap();
     let mut all = threads(size, |ranks| {
         let found = refined((case, &accuracy), &ranks, Some(&keep), &mut |_| ControlFlow::Continue(()), most)?;
-        write_on_ranks(&found, folder, &*ranks)?;
+        write_on_ranks(&found, folder, ForPeople::default(), &*ranks)?;
         Ok(found)
     });
     let same = |found: &Result<RankedAnswer, Error>| match (found, &all[0]) {

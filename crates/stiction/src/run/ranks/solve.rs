@@ -61,6 +61,8 @@ pub struct RankedAnswer {
     /// Estimated error of the stress of each cell here, see [`Estimate::by_cell`](crate::accuracy::Estimate::by_cell); empty where the
     /// mesh was not refined.
     pub(super) error: Vec<f64>,
+    /// What was told of each cycle of the last increment.
+    pub history: Vec<Progress>,
     /// The same on every rank.
     pub summary: RankedSummary,
 }
@@ -269,9 +271,10 @@ impl Begun {
             look(&local, &found, end(case))?;
             seconds.output = lap();
         }
-        let Found { everywhere: Everywhere { u, free, lambda, states }, shortening, .. } = found;
+        let Found { solution, everywhere: Everywhere { u, free, lambda, states }, shortening, .. } = found;
+        let history = solution.history;
         let (tractions, error) = (tractions.points, Vec::new());
-        let answer = RankedAnswer { local, u, free, lambda, tractions, states, shortening, error, summary };
+        let answer = RankedAnswer { local, u, free, lambda, tractions, states, shortening, error, history, summary };
         Ok(Solved { answer, seconds, energy, needed })
     }
 }

@@ -5,11 +5,13 @@ use std::path::Path;
 use super::bolts::strain;
 use super::hash::Hash;
 use super::local::Local;
+use super::record::RankedSummary;
 use super::share::name;
+use super::shown::Shown;
 use super::solve::{RankedAnswer, axes};
 use super::tractions::shear as shear_of;
 use crate::Error;
-use crate::fem::{Solid, cell_stress, von_mises};
+use crate::fem::{Solid, Voigt, cell_stress, von_mises};
 use crate::io::pieces::{
     Head, NamedPiece, is_piece, problem_name, solution_name, write_problem_piece, write_solution_piece,
 };
@@ -18,6 +20,7 @@ use crate::io::vtu::{self, Array, Grid, face_code};
 use crate::io::{checksum, folder};
 use crate::mesh::v3::{V3, add, scale};
 use crate::ranks::{Ranks, Wire, agree, gather_all, to_bytes};
+use crate::run::results::beside::beside;
 use crate::run::results::step_file::STATE;
 use crate::run::results::sums::{self, Sums};
 use crate::run::results::write::{PVTU, remove_listed, remove_pieces};
@@ -30,12 +33,35 @@ fn piece_name(kind: &str, rank: usize) -> String {
     format!("{kind}-{rank:04}.vtu")
 }
 
-/// Writes the answer of all ranks into `folder`, which all of them see, and returns the names of the files that name the
-/// others. `summary.json` comes last, when all pieces are on the disk.
+/// What is written for people besides the numbers; nothing is where the features `plots` and `report` are off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ForPeople {
+    /// Whether pictures are drawn.
+    pub pictures: bool,
+    /// Whether `report.html` is written.
+    pub report: bool,
+}
+
+/// What has been written.
+#[derive(Debug, Clone, Default)]
+pub struct Written {
+    /// The names of files, of pieces those that name them.
+    pub files: Vec<String>,
+    /// Why there is no report, where one was wanted; the results are whole without it.
+    pub without_report: Option<Error>,
+}
+
+/// Writes the answer of all ranks into `folder`, which all of them see. `summary.json` comes when all pieces are on the disk, and only the
+/// report after it.
 ///
 /// # Errors
 /// If a file cannot be written, at every rank.
-pub fn write_on_ranks(answer: &RankedAnswer, folder: &Path, ranks: &dyn Ranks) -> Result<Vec<String>, Error> {
+pub fn write_on_ranks(
+    answer: &RankedAnswer,
+    folder: &Path,
+    wanted: ForPeople,
+    ranks: &dyn Ranks,
+) -> Result<Written, Error> {
     let first = ranks.rank() == 0;
     let stepped = !answer.summary.steps.is_empty();
     let refined = answer.summary.accuracy.is_some();
@@ -45,8 +71,11 @@ pub fn write_on_ranks(answer: &RankedAnswer, folder: &Path, ranks: &dyn Ranks) -
         if refined { Ok(()) } else { remove_levels(folder) }
     };
     agree(ranks, if first { ready() } else { Ok(()) })?;
-    let body = body(answer, ranks.rank());
+    let stress = stress(answer);
+    let body = body(answer, &stress, ranks.rank());
     let surface = surface(answer);
+    let shown = Shown::gathered(answer, &stress, wanted, ranks);
+    drop(stress);
     let (body_name, surface_name) = (piece_name("result", ranks.rank()), piece_name("contact", ranks.rank()));
     let write = |name: &str, grid: &GridFields| -> Result<(), Error> {
         if grid.is_empty() {
@@ -55,8 +84,16 @@ pub fn write_on_ranks(answer: &RankedAnswer, folder: &Path, ranks: &dyn Ranks) -
         vtu::write(&folder.join(name), &grid.grid(), &grid.point_arrays(), &grid.cell_arrays())?;
         folder::sync(folder, &[name.to_string()])
     };
-    agree(ranks, write(&body_name, &body).and_then(|()| write(&surface_name, &surface)))?;
-    let judged = agree(ranks, judged(answer, folder))?;
+    let write_pieces_of_rank = || {
+        agree(ranks, write(&body_name, &body).and_then(|()| write(&surface_name, &surface)))?;
+        agree(ranks, judged(answer, folder))
+    };
+    // Rank 0 draws while all write.
+    let draw = || shown.as_ref().filter(|_| wanted.pictures).map_or(Ok(Vec::new()), |shown| shown.draw(answer, folder));
+    let (drawn, judged) =
+        if shown.is_some() { beside(draw, write_pieces_of_rank) } else { (draw(), write_pieces_of_rank()) };
+    let judged = judged?;
+    let pictures = agree(ranks, drawn)?;
     let has: Vec<Vec<u8>> = gather_all(ranks, vec![u8::from(!body.is_empty()), u8::from(!surface.is_empty())]);
     let mut own = judged;
     own.extend((!body.is_empty()).then_some(body_name));
@@ -65,14 +102,16 @@ pub fn write_on_ranks(answer: &RankedAnswer, folder: &Path, ranks: &dyn Ranks) -
     let named = |kind: &str, which: usize| -> Vec<String> {
         (0..ranks.size()).filter(|&rank| has[rank][which] == 1).map(|rank| piece_name(kind, rank)).collect()
     };
+    let summary = RankedSummary { pictures: pictures.clone(), ..answer.summary.clone() };
     let finish = || -> Result<(), Error> {
         let pieces = [("result.pvtu", named("result", 0), &body), ("contact.pvtu", named("contact", 1), &surface)];
         for (name, pieces, fields) in pieces {
             write_pieces(&folder.join(name), &pieces, &fields.point_arrays(), &fields.cell_arrays())?;
         }
-        folder::sync(folder, &PVTU)?;
-        let (mut sums, text) = (sums.clone(), json::text(&answer.summary));
-        sums.extend(sums::of_files(folder, &PVTU.map(String::from))?);
+        let others: Vec<String> = PVTU.map(String::from).into_iter().chain(pictures.iter().cloned()).collect();
+        folder::sync(folder, &others)?;
+        let (mut sums, text) = (sums.clone(), json::text(&summary));
+        sums.extend(sums::of_files(folder, &others)?);
         // The load steps may be of runs on other numbers of ranks, which this one has gone on from.
         let of_steps = |name: &String| name == STATE || name == LEVELS || is_piece(name) && name.starts_with("step-");
         let of_steps: Vec<String> = folder::names(folder)?.into_iter().filter(of_steps).collect();
@@ -82,7 +121,11 @@ pub fn write_on_ranks(answer: &RankedAnswer, folder: &Path, ranks: &dyn Ranks) -
         folder::write_text_durably(&folder.join(SUMMARY), &text)
     };
     agree(ranks, if first { finish() } else { Ok(()) })?;
-    Ok([SUMMARY, "result.pvtu", "contact.pvtu"].map(String::from).to_vec())
+    let mut files = [SUMMARY, "result.pvtu", "contact.pvtu"].map(String::from).to_vec();
+    files.extend(pictures);
+    let report = shown.filter(|_| wanted.report).map(|shown| shown.write_report(&summary, folder));
+    files.extend(report.as_ref().filter(|report| report.is_ok()).map(|_| REPORT.to_string()));
+    Ok(Written { files, without_report: report.and_then(Result::err) })
 }
 
 /// Writes what the independent judge needs of this rank, and returns the names of the files.
@@ -231,12 +274,17 @@ fn compact(lists: &[(u8, &[u32])], nodes: usize) -> (Vec<u32>, Vec<(u8, Vec<u32>
     (used, cells)
 }
 
+/// The stress of each cell here.
+fn stress(answer: &RankedAnswer) -> Vec<Voigt> {
+    let Local { piece, materials, material_of_cell, .. } = &answer.local;
+    let solid = Solid { mesh: &piece.mesh, materials, material_of_cell };
+    cell_stress(&solid, answer.u.as_flattened(), &strain(&answer.local, &answer.shortening))
+}
+
 /// The cells of this rank, each of which is that of its first node.
-fn body(answer: &RankedAnswer, rank: usize) -> GridFields {
-    let Local { piece, materials, material_of_cell, division, .. } = &answer.local;
+fn body(answer: &RankedAnswer, stress: &[Voigt], rank: usize) -> GridFields {
+    let Local { piece, division, .. } = &answer.local;
     let mesh = &piece.mesh;
-    let solid = Solid { mesh, materials, material_of_cell };
-    let stress = cell_stress(&solid, answer.u.as_flattened(), &strain(&answer.local, &answer.shortening));
     let whole = Grid::from_mesh(mesh);
     let own: Vec<usize> = (mesh.cell_iter().enumerate())
         .filter(|(_, (_, nodes))| division.is_own(nodes[0]))
@@ -261,34 +309,68 @@ fn body(answer: &RankedAnswer, rank: usize) -> GridFields {
     }
 }
 
+/// What is known at a contact point.
+pub(super) struct AtPoint {
+    /// Its node here.
+    pub node: u32,
+    /// The surface that it is of.
+    #[cfg_attr(not(all(feature = "plots", feature = "report")), expect(dead_code, reason = "only pictures show it"))]
+    pub surface: usize,
+    /// Stress.
+    pub pressure: f64,
+    pub shear: V3,
+    /// Length.
+    pub slip: V3,
+    pub gap: f64,
+    /// Of the body on its counterpart.
+    pub force: V3,
+    /// 0 open, 1 stick, 2 slip.
+    pub status: i32,
+}
+
+/// All contact points here.
+pub(super) fn at_points(answer: &RankedAnswer) -> Vec<AtPoint> {
+    let Local { problem, signs, .. } = &answer.local;
+    let m = problem.points();
+    let left = problem.gap_and_slip(&answer.free);
+    let at_point = |j: usize| {
+        let (node, [normal, t1, t2]) = axes(&answer.local, j);
+        let [l, a, b] = [0, 1, 2].map(|r| answer.lambda[r * m + j]);
+        let friction = add(scale(a, t1), scale(b, t2));
+        let surface = answer.local.pair_of(j);
+        let (sign, share, traction) = (signs[surface], problem.labels.unity_sum[j], answer.tractions[j]);
+        AtPoint {
+            node,
+            surface,
+            pressure: traction[0],
+            shear: scale(sign, shear_of(traction)),
+            slip: scale(-sign / share, add(scale(left[m + j], t1), scale(left[2 * m + j], t2))),
+            gap: left[j] / share,
+            force: scale(sign * share, add(scale(l, normal), friction)),
+            status: answer.states[j].code().into(),
+        }
+    };
+    (0..answer.local.timed.contact_points()).map(at_point).collect()
+}
+
 /// The contact faces of this rank, each of which is that of its first node, with the fields of the contact points at their
 /// nodes; the status is -1 where there is none.
 fn surface(answer: &RankedAnswer) -> GridFields {
-    let Local { piece, division, problem, signs, .. } = &answer.local;
+    let Local { piece, division, signs, .. } = &answer.local;
     let mesh = &piece.mesh;
     let groups = (0..signs.len()).filter_map(|k| mesh.group(&name("contact", k)));
     let faces = groups.flat_map(|group| &group.faces).map(|&f| mesh.faces[f as usize].nodes());
     let own: Vec<(u8, &[u32])> =
         faces.filter(|nodes| division.is_own(nodes[0])).map(|nodes| (face_code(nodes.len()), nodes)).collect();
     let (nodes, cells) = compact(&own, mesh.nodes.len());
-    let (n, m) = (nodes.len(), problem.points());
+    let n = nodes.len();
     let [mut pressure, mut gap] = [vec![f64::NAN; n], vec![f64::NAN; n]];
     let [mut shear, mut slip, mut force] = [vec![[f64::NAN; 3]; n], vec![[f64::NAN; 3]; n], vec![[0.0; 3]; n]];
     let mut status = vec![-1; n];
-    let left = problem.gap_and_slip(&answer.free);
-    for j in 0..answer.local.timed.contact_points() {
-        let (node, [normal, t1, t2]) = axes(&answer.local, j);
-        let Ok(at) = nodes.binary_search(&node) else { continue };
-        let [l, a, b] = [0, 1, 2].map(|r| answer.lambda[r * m + j]);
-        let friction = add(scale(a, t1), scale(b, t2));
-        let sign = answer.local.signs[answer.local.pair_of(j)];
-        let (share, traction) = (problem.labels.unity_sum[j], answer.tractions[j]);
-        pressure[at] = traction[0];
-        shear[at] = scale(sign, shear_of(traction));
-        slip[at] = scale(-sign / share, add(scale(left[m + j], t1), scale(left[2 * m + j], t2)));
-        gap[at] = left[j] / share;
-        force[at] = scale(sign * share, add(scale(l, normal), friction));
-        status[at] = answer.states[j].code().into();
+    for point in at_points(answer) {
+        let Ok(at) = nodes.binary_search(&point.node) else { continue };
+        (pressure[at], gap[at], status[at]) = (point.pressure, point.gap, point.status);
+        (shear[at], slip[at], force[at]) = (point.shear, point.slip, point.force);
     }
     GridFields {
         points: nodes.iter().map(|&v| mesh.nodes[v as usize]).collect(),

@@ -3,7 +3,7 @@
 use std::thread::{self, ScopedJoinHandle};
 
 /// What `here` and `there` give, `there` by a thread of its own where one can be had.
-pub(super) fn beside<A: Send, B>(there: impl Fn() -> A + Sync, here: impl FnOnce() -> B) -> (A, B) {
+pub(crate) fn beside<A: Send, B>(there: impl Fn() -> A + Sync, here: impl FnOnce() -> B) -> (A, B) {
     thread::scope(|scope| match thread::Builder::new().spawn_scoped(scope, &there) {
         Ok(thread) => {
             let here = here();

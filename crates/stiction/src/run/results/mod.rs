@@ -3,7 +3,7 @@
 mod accuracy_text;
 mod ahead;
 pub(super) mod algebraic;
-mod beside;
+pub(super) mod beside;
 pub(super) mod check;
 pub(super) mod check_steps;
 mod contact_csv;
@@ -22,7 +22,7 @@ pub(super) mod overlap_text;
 pub(super) mod page;
 mod pair_text;
 #[cfg_attr(not(feature = "plots"), path = "no_pictures.rs")]
-mod pictures;
+pub(super) mod pictures;
 pub(super) mod report;
 mod rows;
 pub(super) mod smallness_text;

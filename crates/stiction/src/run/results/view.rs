@@ -3,11 +3,13 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
+use super::fields::SurfaceFields;
 use super::html::{Field, Frame, View, thin};
 use super::summary::Summary;
 use crate::Error;
 use crate::io::units::Units;
 use crate::io::vtu_read::{Fields, Over, Polygons, read_body, read_fields, read_polygons};
+use crate::mesh::v3::V3;
 use crate::mesh::{CellKind, Mesh, RawCells, RawMesh, build};
 
 /// Most faces of the view: what a browser on a small machine still turns smoothly, some 5 MB of the page.
@@ -56,7 +58,7 @@ pub(crate) fn view(folder: &Path, mesh: Option<&Mesh>, summary: &Summary, units:
         true => read_polygons(&name("contact", last), &ON_CONTACT)?,
         false => Default::default(),
     };
-    let (mut view, vertices) = geometry(mesh, &polygons, &last_contact)?;
+    let (mut view, vertices) = geometry(&mesh.nodes, corners_of(mesh), &polygons, &last_contact)?;
     let stepped = !steps.is_empty();
     view.fields = fields(units, has_contact, stepped);
     let numbers = frames_shown(steps.len(), view.points.len() * (6 + 2 * view.fields.len()));
@@ -91,9 +93,37 @@ pub(crate) fn view(folder: &Path, mesh: Option<&Mesh>, summary: &Summary, units:
 pub(crate) fn view_of_pieces([bodies, surfaces]: &[Vec<PathBuf>; 2], nodes: u64, units: Units) -> Result<View, Error> {
     let (mesh, body) = read_bodies(bodies, nodes)?;
     let (polygons, contact) = read_surfaces(surfaces)?;
-    let (mut view, vertices) = geometry(&mesh, &polygons, &contact)?;
+    let (mut view, vertices) = geometry(&mesh.nodes, corners_of(&mesh), &polygons, &contact)?;
     view.fields = fields(units, contact.points > 0, false);
     view.frames.push(frame(&mesh, &vertices, &body, &contact, false)?);
+    Ok(view)
+}
+
+/// That of the surfaces of an answer: nodes of the boundary with their displacements, length, and von Mises stress; the nodes of each
+/// face of it; and the contact surfaces, by places among these nodes.
+pub(crate) fn view_of_surfaces(
+    (nodes, displacement, von_mises): (&[V3], &[V3], &[f64]),
+    faces: &[Vec<u32>],
+    surfaces: &[SurfaceFields],
+    units: Units,
+) -> Result<View, Error> {
+    let (mut polygons, mut contact) = (Polygons::default(), Fields::default());
+    let mut arrays = vec![Vec::new(); 6];
+    for of in surfaces {
+        let first = polygons.points.len() as u32;
+        polygons.points.extend(&of.points);
+        polygons.faces.extend(of.faces.iter().map(|face| face.iter().map(|&v| first + v).collect()));
+        let numbers = |list: &[i32]| list.iter().map(|&number| f64::from(number)).collect();
+        let (pressure, gap) = (of.pressure.clone(), of.gap.clone());
+        let (shear, slip) = (of.shear.concat(), of.slip.concat());
+        let all = [pressure, shear, slip, gap, numbers(&of.status), numbers(&of.nodes)];
+        arrays.iter_mut().zip(all).for_each(|(to, from): (&mut Vec<f64>, Vec<f64>)| to.extend(from));
+    }
+    contact.points = polygons.points.len();
+    contact.arrays = arrays.into_iter().map(Some).collect();
+    let (mut view, vertices) = geometry(nodes, faces.iter().map(|face| corners(face)), &polygons, &contact)?;
+    view.fields = fields(units, contact.points > 0, false);
+    view.frames.push(frame_of((displacement, von_mises), &vertices, &contact, false)?);
     Ok(view)
 }
 
@@ -232,8 +262,13 @@ fn brought_together(contact: &Fields, mut values: Vec<f64>, width: usize) -> Vec
 
 /// The boundary of the mesh without contact surfaces, then these: slaves, and masters where no slave is; coarser where they have too
 /// many faces.
-fn geometry(mesh: &Mesh, polygons: &Polygons, contact: &Fields) -> Result<(View, Vertices), Error> {
-    let own_node = nodes_of(polygons, contact, mesh.nodes.len())?;
+fn geometry(
+    nodes: &[V3],
+    boundary: impl Iterator<Item = [u32; 4]>,
+    polygons: &Polygons,
+    contact: &Fields,
+) -> Result<(View, Vertices), Error> {
+    let own_node = nodes_of(polygons, contact, nodes.len())?;
     let key = |corners: [u32; 4]| {
         let mut key = corners;
         key.sort_unstable();
@@ -247,8 +282,8 @@ fn geometry(mesh: &Mesh, polygons: &Polygons, contact: &Fields) -> Result<(View,
     // Of a face in several pairs one is enough, and the slave has more fields.
     let shown: Vec<&Vec<u32>> =
         polygons.faces.iter().filter(|face| !is_master(face) || in_contact.insert(key_of(face))).collect();
-    let free = mesh.faces.iter().map(|face| corners(face.nodes())).filter(|&face| !in_contact.contains(&key(face)));
-    let mut vertex = vec![u32::MAX; mesh.nodes.len()];
+    let free = boundary.filter(|&face| !in_contact.contains(&key(face)));
+    let mut vertex = vec![u32::MAX; nodes.len()];
     let mut vertices = Vertices { node: Vec::new(), contact: Vec::new() };
     let mut view = View::default();
     for face in free {
@@ -268,7 +303,7 @@ fn geometry(mesh: &Mesh, polygons: &Polygons, contact: &Fields) -> Result<(View,
     view.first_contact_point = first as usize;
     view.first_contact_face = view.faces.len();
     view.faces.extend(shown.iter().map(|face| corners(face).map(|v| first + v)));
-    view.points = vertices.node.iter().map(|&node| mesh.nodes[node as usize]).collect();
+    view.points = vertices.node.iter().map(|&node| nodes[node as usize]).collect();
     let before = view.faces.len();
     if let Some(kept) = thin(&mut view, MOST_FACES) {
         vertices.node = kept.iter().map(|&v| vertices.node[v as usize]).collect();
@@ -305,22 +340,38 @@ fn corners(face: &[u32]) -> [u32; 4] {
     }
 }
 
+/// Corners of the faces of a mesh.
+fn corners_of(mesh: &Mesh) -> impl Iterator<Item = [u32; 4]> {
+    mesh.faces.iter().map(|face| corners(face.nodes()))
+}
+
+/// An array of so many numbers.
+fn array(fields: &Fields, i: usize, length: usize) -> Result<Vec<f64>, Error> {
+    fields.arrays.get(i).cloned().flatten().filter(|a| a.len() == length).ok_or_else(unfit)
+}
+
 fn frame(mesh: &Mesh, vertices: &Vertices, body: &Fields, contact: &Fields, stepped: bool) -> Result<Frame, Error> {
-    let of = |fields: &'_ Fields, i: usize, length: usize| -> Result<Vec<f64>, Error> {
-        fields.arrays.get(i).cloned().flatten().filter(|a| a.len() == length).ok_or_else(unfit)
-    };
-    let displacement = of(body, 0, 3 * mesh.nodes.len())?;
-    let displacement: &[[f64; 3]] = displacement.as_chunks().0;
-    let von_mises = at_nodes(mesh, &of(body, 1, mesh.cell_count())?);
+    let displacement = array(body, 0, 3 * mesh.nodes.len())?;
+    let von_mises = at_nodes(mesh, &array(body, 1, mesh.cell_count())?);
+    frame_of((displacement.as_chunks().0, &von_mises), vertices, contact, stepped)
+}
+
+/// A frame of displacements, length, and von Mises stress at nodes.
+fn frame_of(
+    (displacement, von_mises): (&[V3], &[f64]),
+    vertices: &Vertices,
+    contact: &Fields,
+    stepped: bool,
+) -> Result<Frame, Error> {
     let mut values = vec![vertices.node.iter().map(|&node| von_mises[node as usize]).collect::<Vec<f64>>()];
     if contact.points > 0 {
         let count = contact.points;
         let size = |v: &[f64; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
         let all_sizes = |v: Vec<f64>| v.as_chunks().0.iter().map(size).collect::<Vec<f64>>();
-        let sizes = |i| of(contact, i, 3 * count).map(all_sizes);
-        let pressure = brought_together(contact, of(contact, 0, count)?, 1);
-        let shear = all_sizes(brought_together(contact, of(contact, 1, 3 * count)?, 3));
-        let mut on_contact = vec![pressure, shear, sizes(2)?, of(contact, 3, count)?, of(contact, 4, count)?];
+        let sizes = |i| array(contact, i, 3 * count).map(all_sizes);
+        let pressure = brought_together(contact, array(contact, 0, count)?, 1);
+        let shear = all_sizes(brought_together(contact, array(contact, 1, 3 * count)?, 3));
+        let mut on_contact = vec![pressure, shear, sizes(2)?, array(contact, 3, count)?, array(contact, 4, count)?];
         if stepped {
             on_contact.push(sizes(6)?);
         }
@@ -333,7 +384,7 @@ fn frame(mesh: &Mesh, vertices: &Vertices, body: &Fields, contact: &Fields, step
 }
 
 /// The mean over the cells at each node.
-fn at_nodes(mesh: &Mesh, of_cells: &[f64]) -> Vec<f64> {
+pub(crate) fn at_nodes(mesh: &Mesh, of_cells: &[f64]) -> Vec<f64> {
     let (mut sum, mut count) = (vec![0.0; mesh.nodes.len()], vec![0.0; mesh.nodes.len()]);
     for ((_, nodes), value) in mesh.cell_iter().zip(of_cells) {
         for &node in nodes {
