@@ -22,7 +22,7 @@ pub(crate) use nodal::nodal_stress_at;
 pub use nodal::{NodalStress, nodal_stress};
 
 use cells::Body;
-use patches::Patches;
+pub(crate) use patches::{PATCH, Patches};
 use rayon::prelude::*;
 
 use crate::fem::Solid;
@@ -44,6 +44,13 @@ pub struct Estimate {
 const ROUNDING: f64 = 1e-7;
 
 impl Estimate {
+    /// That of the cells that add these parts.
+    pub(crate) fn of(cells: &[OfCell]) -> Estimate {
+        let sum = |part: usize| cells.iter().map(|parts| parts[part]).sum();
+        let each = |part: usize| cells.iter().map(|parts| parts[part]).collect();
+        Estimate { cells: each(0), volumes: each(2), norm2: sum(1), suppressed2: sum(3) }
+    }
+
     /// Squared energy norm of the estimated error, energy.
     pub fn error2(&self) -> f64 {
         self.cells.iter().sum()
@@ -59,13 +66,16 @@ impl Estimate {
     /// Of each cell the root of its squared error per volume over that of the whole squared norm per volume: the relative
     /// error where all cells are as bad, whatever their sizes.
     pub fn by_cell(&self) -> Vec<f64> {
+        let of_cell = self.of_cell();
+        let cells = self.cells.par_iter().zip(&self.volumes).with_min_len(4096);
+        cells.map(|(&error, &volume)| of_cell(error, volume)).collect()
+    }
+
+    /// The same of a cell with this squared error, energy, and volume.
+    pub(crate) fn of_cell(&self) -> impl Fn(f64, f64) -> f64 + Sync {
         let whole = self.whole2();
         let density = whole / self.volumes.iter().sum::<f64>();
-        let of_cell = |(error, volume): (&f64, &f64)| (error / volume / density).sqrt();
-        if whole == 0.0 {
-            return vec![0.0; self.cells.len()];
-        }
-        self.cells.par_iter().zip(&self.volumes).with_min_len(4096).map(of_cell).collect()
+        move |error, volume| if whole == 0.0 { 0.0 } else { (error / volume / density).sqrt() }
     }
 
     /// The squared norm that errors are compared with; zero where all stress is rounding.
@@ -80,11 +90,19 @@ impl Estimate {
 /// # Panics
 /// If the lengths of `straining` do not fit the mesh.
 pub fn estimate(solid: &Solid, straining: &Straining) -> Estimate {
+    Estimate::of(&parts(solid, straining, |_| {}))
+}
+
+/// What a cell adds to an estimate: squared energy norms of the error and of the stress, energy; its volume; and the squared norm of the
+/// stress that would suppress its strain without stress, energy.
+pub(crate) type OfCell = [f64; 4];
+
+/// What each cell of a body, or of a part of one, adds to its estimate. Where a part ends `complete` may replace polynomials of stress,
+/// which lack the cells beyond.
+pub(crate) fn parts(solid: &Solid, straining: &Straining, complete: impl FnOnce(&mut Patches)) -> Vec<OfCell> {
     let body = Body::new(solid, straining);
     let samples = body.samples();
-    let patches = Patches::new(&body, &samples);
-    let errors = body.errors(&samples, &patches);
-    let sum = |part: usize| errors.iter().map(|parts| parts[part]).sum();
-    let each = |part: usize| errors.iter().map(|parts| parts[part]).collect();
-    Estimate { cells: each(0), volumes: each(2), norm2: sum(1), suppressed2: sum(3) }
+    let mut patches = Patches::new(&body, &samples);
+    complete(&mut patches);
+    body.errors(&samples, &patches)
 }

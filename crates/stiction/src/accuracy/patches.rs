@@ -11,6 +11,9 @@ use crate::fem::{CellList, Voigt, strain_of};
 use crate::mesh::v3::{V3, add, cross, dot, scale, sub};
 use crate::mesh::{Buckets, CellKind, ascending};
 
+/// Numbers of a polynomial: stress, the frame of its local coordinates, its further terms.
+pub(crate) const PATCH: usize = 6 + 9 + 6 * (QUADRATIC - 1);
+
 /// Terms of a linear, a quadratic and a cubic polynomial.
 const LINEAR: usize = 4;
 const QUADRATIC: usize = 10;
@@ -75,7 +78,7 @@ const PATCHES_PER_TASK: usize = 128;
 /// Tetrahedra with ten nodes and wedges with fifteen, which have no points where their stress is better than elsewhere: the polynomial of third degree
 /// through the displacements of the nodes, differentiated; its stress is that of the whole strain, the one without stress
 /// included. Other cells: a polynomial through stresses at their samples.
-pub(super) struct Patches {
+pub(crate) struct Patches {
     corners: Corners,
     /// Stress at the corner.
     value: Vec<Voigt>,
@@ -142,6 +145,34 @@ impl Patches {
         };
         let (value, change) = found.map(polynomial).unzip();
         Patches { corners, value, change }
+    }
+
+    /// Region and corner of each polynomial.
+    pub(crate) fn list(&self) -> &[[u32; 2]] {
+        &self.corners.patch
+    }
+
+    /// The polynomial of a corner and a region of cells there, as numbers that [`Self::put`] takes.
+    pub(crate) fn get(&self, [region, node]: [u32; 2]) -> [f64; PATCH] {
+        let patch = self.corners.patch(node, region);
+        let change = self.change.get(patch);
+        let frame = change.map_or([[0.0; 3]; 3], |change| change.frame);
+        let terms = change.map_or([[0.0; 6]; QUADRATIC - 1], |change| change.terms);
+        let numbers = self.value[patch].iter().chain(frame.as_flattened()).chain(terms.as_flattened());
+        let mut all = [0.0; PATCH];
+        all.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
+        all
+    }
+
+    /// Replaces a polynomial, by its place in [`Self::list`].
+    pub(crate) fn put(&mut self, patch: usize, numbers: &[f64; PATCH]) {
+        let (value, change) = numbers.split_at(6);
+        self.value[patch].copy_from_slice(value);
+        let (frame, terms) = change.split_at(9);
+        if let Some(own) = self.change.get_mut(patch) {
+            own.frame.as_flattened_mut().copy_from_slice(frame);
+            own.terms.as_flattened_mut().copy_from_slice(terms);
+        }
     }
 
     /// Recovered stress at a corner of cells of `region`.

@@ -18,6 +18,7 @@ mod ranks_bodies;
 mod ranks_bolts;
 mod ranks_couplings;
 mod ranks_decks;
+mod ranks_estimate;
 mod ranks_files;
 mod ranks_generated;
 mod ranks_interfaces;

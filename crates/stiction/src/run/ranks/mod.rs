@@ -8,6 +8,7 @@ mod check;
 mod components;
 mod deck;
 mod elements;
+mod estimate;
 mod facts;
 mod gather;
 mod generate;

@@ -90,6 +90,7 @@ impl From<RankedSummary> for Summary {
                 pairs: of.pairs,
                 bodies: of.bodies,
                 displacement_max: of.displacement_max,
+                discretisation_error: of.discretisation_error,
                 smallness: of.smallness,
                 seconds: of.seconds,
                 peak_memory_bytes: of.peak_memory_bytes,

@@ -190,7 +190,8 @@ pub struct RankedSummary {
     /// that are refined.
     #[serde(default)]
     pub found_by_first: bool,
-    /// Estimated error of the stresses in the mean, relative (energy norm); none where the mesh was not refined.
+    /// Estimated error of the stresses in the mean, relative (energy norm), of the last increment; none where loads
+    /// carry a body away.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub discretisation_error: Option<f64>,
     /// How accurate it is, where the mesh was refined for it.

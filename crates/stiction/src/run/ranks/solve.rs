@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::bolts::states;
+use super::estimate::add_estimate;
 use super::facts::facts;
 use super::gather::WholeAnswer;
 use super::keep::{Keep, Kept, widened_before};
@@ -59,7 +60,7 @@ pub struct RankedAnswer {
     /// Shortening of each bolt, length.
     pub(super) shortening: Vec<f64>,
     /// Estimated error of the stress of each cell here, see [`Estimate::by_cell`](crate::accuracy::Estimate::by_cell); empty where the
-    /// mesh was not refined.
+    /// loads carry a body away.
     pub(super) error: Vec<f64>,
     /// What was told of each cycle of the last increment.
     pub history: Vec<Progress>,
@@ -113,10 +114,13 @@ pub fn solve_steps_on_ranks(
         let share = share::share(&case, &*begun.ranks)?;
         let tell = keep.as_ref().map(|keep| keep.tell);
         let how = How { keep: keep.as_ref(), tell, of_case: true, ..How::default() };
-        let Solved { answer, needed, .. } = begun.solved((&case, share), how, observer)?;
+        let Solved { mut answer, needed, .. } = begun.solved((&case, share), how, observer)?;
         match with_searches(&case, &needed).filter(|_| widenings < MOST_WIDENINGS) {
             Some(wider) => (case, widenings) = (wider, widenings + 1),
-            None => return Ok(answer),
+            None => {
+                add_estimate(&case, &mut answer, &**ranks);
+                return Ok(answer);
+            }
         }
         tell_again(keep.as_ref(), &answer, &**ranks);
         keep.iter_mut().for_each(|keep| keep.resume = false);

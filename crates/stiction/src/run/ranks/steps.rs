@@ -26,7 +26,7 @@ pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], sh
     let (bolts, own): (Vec<&Bolt>, _) = (local.bolts.iter().map(|b| &b.bolt).collect(), |v| local.division.is_own(v));
     let acting = acting(&solid, loads.iter().zip(spots), (&bolts, &own), t)?;
     let Acting { force: mut forces, strained, thermal_force } = acting;
-    let strain = strained.map_or(Vec::new(), |strained| strained.strain);
+    let (strain, rise) = strained.map_or(Default::default(), |strained| (strained.strain, strained.rise));
     local.couplings.iter().try_for_each(|coupling| coupling.add_forces(t, &mut forces))?;
     dofs.to_components(&mut forces);
     add_forces(local, shortening, &mut forces);
@@ -63,7 +63,7 @@ pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], sh
     model.support_load = support_load;
     model.dofs.value = dofs.value;
     local.motion = motion;
-    local.initial = Initial { strain, thermal_force, ..Initial::default() };
+    local.initial = Initial { strain, rise, thermal_force, ..Initial::default() };
     Ok(())
 }
 

@@ -229,7 +229,7 @@ struct CellFields {
     stress: Vec<[f32; 6]>,
     von_mises: Vec<f32>,
     rank: Vec<i32>,
-    /// Empty where the mesh was not refined.
+    /// Empty without an estimate.
     error: Vec<f32>,
 }
 
