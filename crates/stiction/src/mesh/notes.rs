@@ -86,7 +86,7 @@ pub enum MeshNote {
         /// How many stay straight.
         straight: usize,
     },
-    /// Faces all of whose corners supports hold in one direction, no one and no two of which have them all.
+    /// Faces all of whose corners supports hold in one direction, no one of which has them all.
     HeldPieceByPiece {
         /// How many.
         faces: usize,
@@ -151,8 +151,8 @@ impl fmt::Display for MeshNote {
                 write!(f, "{} of facets made round, by up to {most:.3e}{stay}", many(*moved, "edge"))
             }
             MeshNote::HeldPieceByPiece { faces } => {
-                let what = "each corner is held by another support: nothing holds what lies between them on finer meshes; name the nodes in \
-                            one group, or give their displacements as an expression";
+                let what = "the corners are held by different supports: nothing holds what lies between them on finer meshes; name the nodes \
+                            in one group, or give their displacements as an expression";
                 write!(f, "at {} {what}", many(*faces, "face"))
             }
             MeshNote::Skipped { what, count } => write!(f, "{} in no group, not used", many(*count, what)),

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-use stiction::io::deck;
+use stiction::io::{case, deck};
 use stiction::linalg::Stop;
 use stiction::run::{Outcome, Plan, Prepared, Stage, pair_totals, solve_case};
 use stiction_fixtures::case_run::{at, is, solved_case};
@@ -122,8 +122,10 @@ fn supports_of_single_nodes_are_told_where_the_mesh_is_refined() {
         let mut told = false;
         let mut tell = |stage: Stage| {
             if let Stage::Posed(facts, _) = stage {
-                told |=
-                    facts.notes.iter().any(|note| note.contains("at 1 face each corner is held by another support"));
+                told |= facts
+                    .notes
+                    .iter()
+                    .any(|note| note.contains("at 1 face the corners are held by different supports"));
             }
             ControlFlow::Continue(())
         };
@@ -176,4 +178,50 @@ fn every_card_that_is_read_stands_in_a_deck() {
     let meshes = ["NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "PART", "INSTANCE", "ASSEMBLY", "INCLUDE"];
     let missing: Vec<&str> = known.iter().map(String::as_str).chain(meshes).filter(|c| !cards.contains(*c)).collect();
     assert!(missing.is_empty(), "no deck of tests/data/decks has {missing:?}");
+}
+
+/// A row of four cubes on the ground, refined; whether a note says that nothing holds between the sets of nodes `sets`, on one face.
+fn told_of_sets(name: &str, sets: [&dyn Fn([usize; 3]) -> bool; 2]) -> bool {
+    let number = |[i, j, k]: [usize; 3]| 1 + i + 5 * (j + 2 * k);
+    let nodes: Vec<[usize; 3]> = (0..20).map(|v| [v % 5, v / 5 % 2, v / 10]).collect();
+    let mut mesh = "*NODE\n".to_string();
+    nodes.iter().for_each(|&[i, j, k]| mesh += &format!("{}, {i}, {j}, {k}\n", number([i, j, k])));
+    mesh += "*ELEMENT, TYPE=C3D8, ELSET=Eall\n";
+    for i in 0..4 {
+        let corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];
+        let list = corners.map(|[x, y, z]| number([i + x, y, z]).to_string()).join(", ");
+        mesh += &format!("{}, {list}\n", i + 1);
+    }
+    for (name, is_in) in ["A", "B"].iter().zip(sets) {
+        let list: Vec<String> = nodes.iter().filter(|v| is_in(**v)).map(|v| number(*v).to_string()).collect();
+        mesh += &format!("*NSET, NSET={name}\n{}\n", list.join(",\n"));
+    }
+    let folder = std::env::temp_dir().join(format!("stiction-sets-{}-{name}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("row.inp"), mesh).unwrap();
+    let text = "[mesh]\nfile = \"row.inp\"\n[materials.steel]\nyoung = 1000\npoisson = 0.3\ndensity = 1\n\
+                [[fix]]\non = \"A\"\n[[fix]]\non = \"B\"\n[[load]]\ngravity = [0, 0, -1]\n[accuracy]\nenergy = 0.5\n";
+    let path = folder.join("case.toml");
+    std::fs::write(&path, text).unwrap();
+    let case = case::read(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let mut told = false;
+    let mut tell = |stage: Stage| {
+        if let Stage::Posed(facts, _) = stage {
+            told |=
+                facts.notes.iter().any(|note| note.contains("at 1 face the corners are held by different supports"));
+        }
+        ControlFlow::Continue(())
+    };
+    solve_case(&case, &Plan::default(), &Stop::never(), None, &mut tell).unwrap();
+    std::fs::remove_dir_all(folder).unwrap();
+    told
+}
+
+/// Two sets of nodes of one surface that share no node hold nothing between them; where they share some they do, and sets of two surfaces
+/// of a layer of cells are not meant to.
+#[test]
+fn disjoint_sets_of_one_surface_are_told_where_the_mesh_is_refined() {
+    assert!(told_of_sets("apart", [&|[i, _, k]| k == 0 && i < 2, &|[i, _, k]| k == 0 && i > 1]));
+    assert!(!told_of_sets("joined", [&|[i, _, k]| k == 0 && i < 3, &|[i, _, k]| k == 0 && i > 1]));
+    assert!(!told_of_sets("two", [&|[_, _, k]| k == 0, &|[_, _, k]| k == 1]));
 }

@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 
 use crate::Error;
-use crate::io::case::{AccuracySpec, Case, MeshSource, MeshSpec};
+use crate::io::case::{AccuracySpec, Case, MeshSource, MeshSpec, Region};
+use crate::mesh::v3::dot;
 use crate::mesh::{
     Bisection, BlockElement, Face, Mesh, MeshNote, MeshNotes, Order, ascending, round_facets, tetrahedra,
 };
@@ -51,8 +52,9 @@ pub(super) fn first(
     Ok((bisection, notes))
 }
 
-/// Boundary faces all of whose corners supports hold in one direction, no one and no two of which have them all: between two surfaces a
-/// layer of single cells has faces with the corners of both, and nothing is meant to hold these.
+/// Boundary faces all of whose corners supports hold in one direction, no one of which has them all. Where two have them, these are sets
+/// of nodes on one smooth surface: between two surfaces a layer of single cells has faces with the corners of both, and nothing is meant
+/// to hold these.
 fn held_piece_by_piece(mesh: &Mesh, case: &Case) -> Result<usize, Error> {
     let mut holders: HashMap<u32, [Vec<usize>; 3]> = HashMap::new();
     for (number, fix) in case.fixes.iter().enumerate() {
@@ -66,12 +68,54 @@ fn held_piece_by_piece(mesh: &Mesh, case: &Case) -> Result<usize, Error> {
         let covered = |pair: [usize; 2]| lists.iter().all(|list| pair.iter().any(|fix| list.contains(fix)));
         !lists.iter().any(|list| list.is_empty()) && !all.iter().any(|&a| all.iter().any(|&b| covered([a, b])))
     };
-    let is_found = |face: &&Face| {
-        let corners: Option<Vec<_>> = face.corners().iter().map(|node| holders.get(node)).collect();
-        corners
-            .is_some_and(|corners| (0..3).any(|c| is_piecewise(&corners.iter().map(|of| &of[c]).collect::<Vec<_>>())))
+    let of_sets: Vec<usize> = (0..case.fixes.len()).filter(|&fix| is_set_of_nodes(mesh, &case.fixes[fix].on)).collect();
+    let mut beside: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
+    if of_sets.len() > 1 {
+        let edges =
+            |(number, face): (usize, &Face)| edges(face.corners()).map(move |edge| (edge, number)).collect::<Vec<_>>();
+        mesh.faces
+            .iter()
+            .enumerate()
+            .flat_map(edges)
+            .for_each(|(edge, face)| beside.entry(edge).or_default().push(face));
+    }
+    let has = |nodes: &[u32], fix: usize, c: usize| {
+        nodes.iter().all(|node| holders.get(node).is_some_and(|of_node| of_node[c].contains(&fix)))
     };
-    Ok(mesh.faces.iter().filter(is_found).count())
+    // A set has a face next to this one, beyond an edge at which the surface does not bend.
+    let goes_on = |number: usize, fix: usize, c: usize| {
+        let own = mesh.face_normal(number);
+        let is_smooth = |other: usize| dot(own, mesh.face_normal(other)) > FEATURE_ANGLE.to_radians().cos();
+        edges(mesh.faces[number].corners())
+            .filter(|edge| has(edge, fix, c))
+            .flat_map(|edge| &beside[&edge])
+            .any(|&other| other != number && has(mesh.faces[other].corners(), fix, c) && is_smooth(other))
+    };
+    let is_of_sets = |number: usize, c: usize| {
+        let corners = mesh.faces[number].corners();
+        let has_all = (0..case.fixes.len()).any(|fix| has(corners, fix, c));
+        !has_all && of_sets.iter().filter(|&&fix| goes_on(number, fix, c)).count() > 1
+    };
+    let is_found = |&number: &usize| {
+        let corners: Option<Vec<_>> = mesh.faces[number].corners().iter().map(|node| holders.get(node)).collect();
+        let Some(corners) = corners else { return false };
+        let held = |c: usize| corners.iter().all(|of_node| !of_node[c].is_empty());
+        let piecewise = |c: usize| is_piecewise(&corners.iter().map(|of_node| &of_node[c]).collect::<Vec<_>>());
+        (0..3).any(|c| held(c) && (piecewise(c) || of_sets.len() > 1 && is_of_sets(number, c)))
+    };
+    Ok((0..mesh.faces.len()).filter(is_found).count())
+}
+
+/// Whether a region is groups that name nodes.
+fn is_set_of_nodes(mesh: &Mesh, region: &Region) -> bool {
+    let of_nodes = |name: &str| mesh.group(name).is_some_and(|group| !group.nodes.is_empty());
+    matches!(region, Region::Groups(names) if names.iter().all(|(name, _)| of_nodes(name)))
+}
+
+/// The edges of a face with these corners, each by its ends, ascending.
+fn edges(corners: &[u32]) -> impl Iterator<Item = [u32; 2]> {
+    let next = corners.iter().cycle().skip(1);
+    corners.iter().zip(next).map(|(&a, &b)| [a.min(b), a.max(b)])
 }
 
 /// Makes blocks and rings of `element`.
