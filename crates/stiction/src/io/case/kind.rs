@@ -159,14 +159,17 @@ impl Kind {
                     (a, b) if *b == usize::MAX => format!("at least {a} entries"),
                     (a, b) => format!("{a} to {b} entries"),
                 };
-                format!("a list of {count}, each {},", of.describe())
+                format!("a list of {count}, each {},", of.describe().trim_end_matches(','))
             }
             Kind::Table(rules) => {
                 format!("a table {{ {} }}", rules.keys.iter().map(|k| k.name).collect::<Vec<_>>().join(", "))
             }
             Kind::Tables(_) => "a list of tables".into(),
             Kind::Named(_) => "a table of tables".into(),
-            Kind::Either(kinds) => kinds.iter().map(Kind::describe).collect::<Vec<_>>().join(", or "),
+            Kind::Either(kinds) => {
+                let all: Vec<String> = kinds.iter().map(Kind::describe).collect();
+                all.join(", or ").replace(",,", ",")
+            }
         }
     }
 }
