@@ -45,6 +45,9 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     for what in &checked.passes_through {
         text += &format!("  {what}\n");
     }
+    if let Some(status) = &checked.unsolved {
+        text += &format!("  the run ended with the status {status}\n");
+    }
     for missed in checked.bound.iter().flat_map(|bound| &bound.measures).filter(|measure| !measure.is_met()) {
         text += &format!("  bound.npz: {} missed by {:.1e}, {}\n", missed.name, missed.value, missed.place);
     }
@@ -59,6 +62,9 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     text += match (all_pass, checked.differences.is_empty() && steps_agree) {
         (true, true) if !checked.passes_through.is_empty() => {
             "failed: the result solves its problem, but surfaces pass through each other, as its summary says\n"
+        }
+        (true, true) if checked.unsolved.is_some() => {
+            "failed: the measures are met, but the run has found no answer, as its summary says\n"
         }
         (true, true) if !is_proven => {
             "failed: the result solves its problem, but bound.npz does not prove the bound of the discretisation error\n"

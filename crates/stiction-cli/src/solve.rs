@@ -127,7 +127,7 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
         },
         Status::Interrupted => code::INTERRUPTED,
         Status::NoEquilibrium => {
-            ended_short(&outcome, run::escape(&prepared.problem, Status::NoEquilibrium).map(|escape| escape.sentence()))
+            ended_short(&outcome, run::escape_of(&prepared, Status::NoEquilibrium).map(|escape| escape.sentence()))
         }
         Status::PassesThrough => ended_short(&outcome, run::passes_through(&prepared, &outcome)),
         Status::MaxIterations | Status::Stalled | Status::Uncertified => {

@@ -90,6 +90,33 @@ pub(crate) fn no_equilibrium_with(problem: &ContactProblem, motions: &RigidMotio
     Some(slide(stretch.times(&alpha), &load))
 }
 
+/// How far parts go along `slices` (displacements of all unknowns, by which nothing is strained) in the motion in which they leave,
+/// floating bodies beside them, where no admissible contact forces balance the loads and the forces `pull`, newton, along the slices;
+/// `None` where there are such forces. Without a unit.
+pub(crate) fn departs_along(
+    problem: &ContactProblem,
+    motions: &RigidMotions,
+    slices: &[Vec<f64>],
+    pull: &[f64],
+) -> Option<Vec<f64>> {
+    let (f, rows) = (&problem.elastic.f, problem.isotropic_rows());
+    let lengths: Vec<f64> = slices.iter().map(|slice| norm(slice)).collect();
+    let of_unit_length = |(slice, length): (&Vec<f64>, &f64)| rows.times(slice).iter().map(|j| j / length).collect();
+    let jumps = motions.jumps(&rows).beside(&slices.iter().zip(&lengths).map(of_unit_length).collect::<Vec<_>>());
+    let mut load = motions.work(f);
+    let mut terms = motions.work_size(f);
+    for ((slice, length), pull) in slices.iter().zip(&lengths).zip(pull) {
+        load.push((dot(f, slice) + pull) / length);
+        terms += (f.iter().zip(slice).map(|(f, s)| (f * s).abs()).sum::<f64>() + pull.abs()) / length;
+    }
+    let size = norm(&load);
+    if size <= ROUNDING * terms {
+        return None;
+    }
+    let slide = departs(problem, &jumps, &load, size)?;
+    Some(slide.alpha[motions.len()..].to_vec())
+}
+
 /// Whether no admissible forces balance `load`, of which `size` counts as one.
 fn departs(problem: &ContactProblem, jumps: &Csr, load: &[f64], size: f64) -> Option<Slide> {
     let forces = Forces { problem, jumps, size };

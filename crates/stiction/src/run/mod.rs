@@ -38,8 +38,8 @@ pub use solve::{
     CertificateRecord, CountsRecord, CouplingState, DistinctRecord, Event, GoalRecord, KeepStep, LevelRecord,
     MethodDetails, Named, Outcome, OverlapName, OverlapRecord, PairRecord, PartRecord, Restart, Settings,
     SlidingRecord, SolutionsRecord, Step, StepLine, StepRecord, Totals, UniquenessRecord, ValueRecord, add_bound,
-    bolt_states, coupling_states, discretisation_error, error_bound, escape, pair_totals, solve, solve_steps, totals,
-    widened,
+    bolt_states, coupling_states, discretisation_error, error_bound, escape, escape_of, pair_totals, solve,
+    solve_steps, totals, widened,
 };
 
 pub use solve::quantities::{Micromotion, SMALL_ROTATION, SMALL_STRAIN, Smallness, nodal_stress_of};

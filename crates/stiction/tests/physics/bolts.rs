@@ -4,9 +4,13 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
+use stiction::friction::Status;
 use stiction::io::case::{self, MeshSource};
+use stiction::linalg::Stop;
 use stiction::mesh::{Group, MeshNotes, Order, block as make_block, refine, tetrahedra};
-use stiction::run::{Outcome, Prepared, Settings, StepRecord, bolt_states, prepare, report, solve, solve_steps};
+use stiction::run::{
+    Outcome, Plan, Prepared, Settings, Stage, StepRecord, bolt_states, prepare, report, solve, solve_case, solve_steps,
+};
 use stiction_fixtures::case_run::{CORNER, block, solved, solved_case};
 
 /// The joint of `cases/pretension`, whose bolt and plate float, with some values changed.
@@ -163,7 +167,48 @@ fn a_bolt_with_nothing_between_its_parts_is_told() {
     let outcome = solve_steps(&mut prepared, &Settings::of(&case.solver), None, &mut |_, _| Ok(()), go_on).unwrap();
     assert!(bolt_states(&prepared, &outcome)[0].force.abs() < 1e-6);
     let told = report(&prepared, &outcome).to_string();
-    assert!(told.contains("bolt \"body\" has the force") && told.contains("tighten it by `shortening`"), "{told}");
+    assert_eq!(outcome.solution.status, Status::NoEquilibrium);
+    assert!(told.contains("the parts of bolt \"body\"") && told.contains("they come together"), "{told}");
+    assert!(told.contains("tighten it by `shortening` first"), "{told}");
+}
+
+/// A column under a ceiling, cut by a bolt: the ceiling bears what the load has more than the bolt, 10 - F, if that is positive. More force
+/// draws the parts together without end; without a ceiling less lets them part.
+#[test]
+fn what_a_bolt_cannot_hold_has_no_equilibrium() {
+    let run = |load: f64, force: f64, has_ceiling: bool, path: &str| {
+        let ceiling = "[[contact]]\non = \"z-max\"\nfriction = \"none\"\n\
+                       against = { plane = { point = [0, 0, 3], normal = [0, 0, -1] } }\n";
+        let text = block([1.0, 1.0, 3.0], [2, 2, 6], "element = \"hex8\"")
+            + &format!(
+                "[materials.steel]\nyoung = 200e3\npoisson = 0.3\n[[fix]]\non = \"z-min\"\n\
+                 [[load]]\non = \"z-max\"\ntraction = [0, 0, {load}]\n\
+                 [[bolt]]\non = \"body\"\naxis = [0, 0, 1]\npoint = [0.5, 0.5, 1.6]\nforce = {force}\n{}\
+                 [solver]\npath = \"{path}\"\n",
+                if has_ceiling { ceiling } else { "" }
+            );
+        let case = case::parse(&text, "case.toml", &[]).unwrap();
+        let go_on = &mut |_: Stage| ControlFlow::Continue(());
+        let (prepared, outcome, _) = solve_case(&case, &Plan::default(), &Stop::never(), None, go_on).unwrap();
+        let pressed: f64 = outcome.solution.lambda[..prepared.problem.points()].iter().sum();
+        let told = report(&prepared, &outcome).to_string();
+        (outcome.solution.status, [pressed, bolt_states(&prepared, &outcome)[0].force], told)
+    };
+    for path in ["auto", "multigrid"] {
+        for force in [4.0, 0.0] {
+            let (status, [pressed, bolt], told) = run(10.0, force, true, path);
+            assert_eq!(status, Status::Solved, "{told}");
+            assert!((pressed - 10.0 + force).abs() < 1e-5 && (bolt - force).abs() < 1e-5, "{path}: {pressed} {bolt}");
+        }
+        for (load, force, has_ceiling, how) in [
+            (10.0, 20.0, true, "they come together"),
+            (-10.0, 0.0, true, "they come together"),
+            (10.0, 4.0, false, "they part"),
+        ] {
+            let (status, _, told) = run(load, force, has_ceiling, path);
+            assert!(status == Status::NoEquilibrium && told.contains(how), "{path} {load} {force}: {told}");
+        }
+    }
 }
 
 /// A bar held at both ends and cut in its middle has the force E A s / L: by faces between cells, on the mesh as it is made

@@ -39,7 +39,10 @@ pub fn rigid_equilibrium(
     let isotropic = problem.isotropic();
     let of_slices: Vec<Vec<f64>> = slices.iter().map(|slice| isotropic.contact.B.times(slice)).collect();
     let jumps = &motions.jumps(&isotropic.contact.B).beside(&of_slices);
-    let resultant = [balanced(motions, &problem.elastic.f), pull.to_vec()].concat();
+    let f = &problem.elastic.f;
+    let along =
+        slices.iter().zip(pull).map(|(slice, pull)| pull + slice.iter().zip(f).map(|(s, f)| s * f).sum::<f64>());
+    let resultant = [balanced(motions, f), along.collect()].concat();
     let mut gap = isotropic.gap_and_slip(&u);
     let stiffness = parameters(&isotropic, &Dual::local_stiffness(&isotropic));
     let friction = &isotropic.contact.friction[..];

@@ -104,7 +104,15 @@ impl Multigrid {
         keep_apart(&friction, &mut gap);
         let stiffness: Vec<f64> = point_laws(problem, transformed).iter().map(|law| law.parameter).collect();
         let stiffness = of_all_points(halo, 1, &stiffness);
-        let resultant = [resultant(problem, transformed), pull.to_vec()].concat();
+        let is_own = |i: usize| (transformed.nodes.of[i].0 as usize) < halo.own();
+        let own = |slice: &Vec<f64>| -> f64 {
+            let terms = slice.iter().zip(&problem.elastic.f).enumerate().filter(|(i, _)| is_own(*i));
+            terms.map(|(_, (s, f))| s * f).sum()
+        };
+        let mut along: Vec<f64> = slices.iter().map(own).collect();
+        halo.sum(&mut along);
+        along.iter_mut().zip(pull).for_each(|(along, pull)| *along += pull);
+        let resultant = [resultant(problem, transformed), along].concat();
         let (friction, jumps, resultant) = (&friction[..], &jumps, &resultant[..]);
         let foundation = Foundation { friction, jumps, resultant, gap: &gap, stiffness: &stiffness };
         let alpha = foundation.equilibrium().alpha;

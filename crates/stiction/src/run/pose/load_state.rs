@@ -12,6 +12,7 @@ use super::ties::Ties;
 use super::travel::{travel, travel_rounding, without};
 use super::{Prepared, coefficients, place};
 use crate::Error;
+use crate::contact::escape::Escape;
 use crate::contact::{ContactProblem, ContactSurface, Counterpart, Friction, SurfaceFriction};
 use crate::fem::{
     DofMap, Field, Fix, InitialStrain, Load, Solid, Voigt, dof_map, external_forces, full_displacement, initial_strain,
@@ -65,6 +66,8 @@ pub struct Loading {
     pub lost: Vec<bool>,
     /// The bolts.
     pub bolts: Vec<Bolt>,
+    /// How the loads of the present step carry away what they hold, if they do.
+    pub of_bolts: Option<Escape>,
     /// The translation that supports and obstacles have in common now, length: what the displacements of the problem leave out.
     pub travel: [f64; 3],
     /// Now.

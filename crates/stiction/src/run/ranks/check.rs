@@ -10,7 +10,7 @@ use crate::certificate::certify;
 use crate::io::folder;
 use crate::io::pieces::{is_piece, problem_name, read_pieces, solution_name};
 use crate::run::pose::memory::check_of_pieces_fits;
-use crate::run::results::check::{Checked, Stored, check as check_one, compare, with_files};
+use crate::run::results::check::{Checked, Stored, check as check_one, compare, unsolved, with_files};
 use crate::run::results::check_steps::{StoredStep, check_steps};
 use crate::run::results::overlap_text::{is_refused, sentence};
 use crate::run::results::step_file::STATE;
@@ -75,7 +75,15 @@ fn judge(folder: &Path) -> Result<Checked, Error> {
     let read = |number: usize| whole.step(folder, number);
     let steps = check_steps(&stored, &read, &mut problem, tolerance)?;
     let passes_through = summary.overlaps.iter().filter(|overlap| is_refused(overlap)).map(sentence).collect();
-    Ok(Checked { certificate, differences, files: Vec::new(), passes_through, bound: None, steps })
+    Ok(Checked {
+        certificate,
+        differences,
+        files: Vec::new(),
+        passes_through,
+        unsolved: unsolved(summary.status),
+        bound: None,
+        steps,
+    })
 }
 
 fn stored_step(step: &RankedStep) -> StoredStep<'_> {

@@ -142,10 +142,11 @@ impl Solver<'_, '_> {
         let tolerance = self.settings.tolerance;
         // An attempt that has failed leaves no trace.
         self.local.timed.lost.clone_from(&march.lost);
-        let mut search = BoltSearch::new(&stiffness, targets, &march.shortening, tolerance);
+        let mut search = BoltSearch::new(&stiffness, targets, &march.shortening, tolerance).among(&self.local.problem);
         let from_rest: Vec<bool> = march.shortening.iter().map(|&s| s == 0.0).collect();
         if !search.sought().is_empty() {
             self.put(t, &march.slid, &[])?;
+            search.loads = self.sum_of_loads();
             let with = (&*self.multigrid, &self.own);
             bolts::close_clearance(self.local, with, targets, &from_rest, &mut search.shortening);
         }
@@ -192,6 +193,15 @@ impl Solver<'_, '_> {
             let growth = search.growth();
             from = Some(found.free.iter().map(|u| growth * u).collect());
         }
+    }
+
+    /// The sum of the sizes of all loads, force.
+    fn sum_of_loads(&self) -> f64 {
+        let Local { problem, model, division, .. } = &*self.local;
+        let own = model.dofs.free.iter().zip(&problem.elastic.f).filter(|(dof, _)| division.is_own(**dof / 3));
+        let mut all = [own.map(|(_, f)| f.abs()).sum::<f64>()];
+        sum(&*division.ranks, &mut all);
+        all[0]
     }
 
     /// Whether a point that takes no part carries force: nothing else keeps a body there.

@@ -10,11 +10,12 @@ use super::{Summary, summary, sums};
 use crate::Error;
 use crate::certificate::{BOUND_TOLERANCE, Certificate, JudgedBound, certify, judge_bound, judge_tie};
 use crate::contact::ContactProblem;
+use crate::friction::Status;
 use crate::io::bound::read_bound;
 use crate::io::problem;
 use crate::io::step::read_step;
 use crate::run::pose::memory::check_fits;
-use crate::run::solve::{AnswerRecord, BodyRecord, BoundRecord, CertificateRecord};
+use crate::run::solve::{AnswerRecord, BodyRecord, BoundRecord, CertificateRecord, word};
 
 /// What a folder's files amount to.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +29,8 @@ pub struct Checked {
     /// Where surfaces between which contact is named pass through each other, as the summary says; what judges anew knows
     /// contact points alone.
     pub passes_through: Vec<String>,
+    /// How the run ended, as the summary says, if it has found no answer: what was asked of bolts the certificate does not know.
+    pub unsolved: Option<String>,
     /// What the file of a bound of the discretisation error proves, if there is one.
     pub bound: Option<JudgedBound>,
     /// The load steps, if it is a stepped run; the last is what the rest speaks of.
@@ -35,7 +38,7 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// Whether the certificate passes, the summary says the same, all files are as they were written, no surfaces pass through
+    /// Whether the certificate passes, the summary says the same and has an answer, all files are as they were written, no surfaces pass through
     /// each other, and the bound of the discretisation error is proven by its file.
     pub fn passed(&self) -> bool {
         let steps = self.steps.iter().all(|step| step.certificate.passed && step.differences.is_empty());
@@ -43,6 +46,7 @@ impl Checked {
             && self.differences.is_empty()
             && self.files.is_empty()
             && self.passes_through.is_empty()
+            && self.unsolved.is_none()
             && self.bound.as_ref().is_none_or(JudgedBound::passed)
             && steps
     }
@@ -114,7 +118,13 @@ fn judge(folder: &Path) -> Result<Checked, Error> {
     let steps = check_steps(&stored, &read, &mut problem, tolerance)?;
     let refused = summary.answer.overlaps.iter().filter(|overlap| is_refused(overlap));
     let passes_through = refused.map(sentence).collect();
-    Ok(Checked { certificate, differences, files: Vec::new(), passes_through, bound, steps })
+    let unsolved = unsolved(summary.answer.status);
+    Ok(Checked { certificate, differences, files: Vec::new(), passes_through, unsolved, bound, steps })
+}
+
+/// The word for a status that is none of an answer.
+pub(crate) fn unsolved(status: Status) -> Option<String> {
+    matches!(status, Status::Stalled | Status::MaxIterations | Status::NoEquilibrium).then(|| word(status))
 }
 
 /// Judges the bound that the summary names by the file that proves it, and holds that against the problem and its answer.

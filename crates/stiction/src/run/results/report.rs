@@ -20,7 +20,7 @@ use crate::run::pose::bolts::Target;
 use crate::run::solve::quantities::{Couple, couples, largest_displacement, unheld};
 use crate::run::solve::{
     BalanceRecord, BoltState, BoundRecord, CouplingState, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states,
-    coupling_states, escape, pair_totals, totals, word,
+    coupling_states, escape_of, pair_totals, totals, word,
 };
 use crate::solve::Solutions;
 
@@ -63,7 +63,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     method_text::shortfall(outcome).into_iter().for_each(|why| rows.more(why));
     let overlaps = overlap_text::sentences(prepared, outcome);
     overlaps.refused.into_iter().for_each(|what| rows.more(what));
-    escape(&prepared.problem, solution.status).into_iter().for_each(|escape| escape_rows(&mut rows, &escape));
+    escape_of(prepared, solution.status).into_iter().for_each(|escape| escape_rows(&mut rows, &escape));
     limit_load(prepared, outcome).into_iter().for_each(|what| rows.more(what));
     shortfalls(prepared, outcome).into_iter().for_each(|what| rows.more(what));
     certificate_rows(&mut rows, &solution.certificate);

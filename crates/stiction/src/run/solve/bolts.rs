@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Outcome;
 use super::record::or_nan;
+use crate::contact::ContactProblem;
 use crate::fem::full_displacement;
 use crate::linalg::SmallLu;
 use crate::run::pose::Prepared;
@@ -51,8 +52,15 @@ pub(crate) struct BoltSearch {
     slope: Vec<Vec<f64>>,
     /// The last step, and the forces before it.
     last: Option<(Vec<f64>, Vec<f64>)>,
-    /// Force.
+    /// Force; `at_first` was missing before the first step.
     allowed: f64,
+    at_first: Option<f64>,
+    /// [`BESIDE_LOADS`] of the tolerance.
+    beside: f64,
+    /// The sum of the sizes of all loads, force; zero where it is not known.
+    pub loads: f64,
+    /// A shortening beyond this is none, length.
+    longest: f64,
     is_slackened: bool,
     /// Whether nothing was drawn together before.
     is_from_rest: bool,
@@ -69,6 +77,13 @@ const FORCE_TOLERANCE: f64 = 10.0;
 const SLACK: f64 = 1e-3;
 /// With a clearance that takes longer than the force over the stiffness of the cut by this factor nothing is in proportion.
 const CLEARANCE: f64 = 100.0;
+/// Forces are met to this part of those found first at least, or of the loads if these are smaller or all forces are to be zero, times the
+/// same: beside loads a small force is not known better.
+const BESIDE_LOADS: f64 = 0.1;
+/// No bolt is shortened by more than this times the radius of the largest body.
+const BEYOND: f64 = 1e3;
+/// Where more is missing than at first by this factor the search has lost its way.
+const LOST: f64 = 1e6;
 /// A force below this is none, in any unit.
 const NOTHING: f64 = 1e-100;
 
@@ -100,7 +115,30 @@ impl BoltSearch {
         let is_from_rest =
             targets.iter().all(|target| matches!(target, Target::Force(_))) && before.iter().all(|&s| s == 0.0);
         let (growth, left) = (1.0, 20 + 4 * count);
-        BoltSearch { shortening, sought, slope, last: None, allowed, is_slackened, is_from_rest, growth, left }
+        let at_first = None;
+        BoltSearch {
+            shortening,
+            sought,
+            slope,
+            last: None,
+            allowed,
+            at_first,
+            beside: FORCE_TOLERANCE * tolerance * BESIDE_LOADS,
+            loads: 0.0,
+            longest: f64::INFINITY,
+            is_slackened,
+            is_from_rest,
+            growth,
+            left,
+        }
+    }
+
+    /// Takes the bodies of the problem: where parts that nothing holds have gone far beyond them, forces are rounding.
+    pub(crate) fn among(mut self, problem: &ContactProblem) -> Self {
+        let radii = problem.labels.bodies.iter().flat_map(|bodies| &bodies.list).map(|body| body.radius);
+        let largest = radii.fold(0.0, f64::max);
+        self.longest = if largest > 0.0 { BEYOND * largest } else { f64::INFINITY };
+        self
     }
 
     /// The bolts whose force is sought, and how large it shall be.
@@ -138,8 +176,15 @@ impl BoltSearch {
     pub(crate) fn next(&mut self, forces: &[f64]) -> ControlFlow<bool> {
         let found: Vec<f64> = self.sought.iter().map(|&(bolt, _)| forces[bolt]).collect();
         let missing: Vec<f64> = self.sought.iter().zip(&found).map(|(s, f)| s.1 - f).collect();
+        let largest = |forces: &[f64]| forces.iter().fold(0.0, |most: f64, force| most.max(force.abs()));
+        if self.at_first.is_none() {
+            // Of bolts without force what is found may be nothing but rounding of the loads.
+            let level = if self.is_slackened { self.loads } else { largest(&found).min(self.loads) };
+            self.allowed = self.allowed.max(self.beside * level);
+        }
+        let at_first = *self.at_first.get_or_insert(largest(&missing));
         if missing.iter().all(|m| m.abs() <= self.allowed) {
-            return ControlFlow::Break(true);
+            return ControlFlow::Break(self.shortening.iter().all(|s| s.abs() <= self.longest));
         }
         self.left -= 1;
         self.growth = 1.0;
@@ -148,7 +193,7 @@ impl BoltSearch {
             self.sought.iter().for_each(|&(bolt, _)| self.shortening[bolt] *= growth);
             return ControlFlow::Continue(());
         }
-        if self.left == 0 || missing.iter().any(|m| !m.is_finite()) {
+        if self.left == 0 || missing.iter().any(|m| !m.is_finite() || m.abs() > LOST * at_first) {
             return ControlFlow::Break(false);
         }
         // A bolt without force stays where it is, however loose: its force says nothing of its stiffness.
@@ -195,6 +240,28 @@ mod tests {
         let mut later = BoltSearch::new(&[1e6, 1e6], &targets, &[0.01, 0.01], 1e-8);
         assert_eq!(later.next(&forces(&later.shortening)), ControlFlow::Continue(()));
         assert_eq!(later.growth(), 1.0);
+    }
+
+    /// A joint that the loads press together, in proportion, whose forces the solver knows to its tolerance: no search for forces that are
+    /// smaller follows what is not known.
+    #[test]
+    fn small_forces_beside_loads_are_found_as_well_as_these_are_known() {
+        for wanted in [0.0, 1e-9, 1e-3] {
+            let mut search = BoltSearch::new(&[2e5], &[Target::Force(wanted)], &[], 1e-8);
+            search.loads = 100.0;
+            let (mut count, mut noise) = (0, 1e-7);
+            loop {
+                noise *= -0.9;
+                let force = -40.0 + 3e4 * search.shortening[0] + noise;
+                count += 1;
+                match search.next(&[force]) {
+                    ControlFlow::Continue(()) => {}
+                    ControlFlow::Break(reached) => break assert!(reached && count < 8, "{wanted} {reached} {count}"),
+                }
+            }
+            let exact = (40.0 + wanted) / 3e4;
+            assert!((search.shortening[0] - exact).abs() < 1e-7 * exact, "{wanted} {}", search.shortening[0]);
+        }
     }
 
     /// Three loose bolts around one that is tightened: each is pulled by what the others are shortened, until its head lifts off.

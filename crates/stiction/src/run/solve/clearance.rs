@@ -4,6 +4,8 @@
 //! motion, the rigid mode of the bolt, is found here, and the equilibrium of all parts as rigid bodies on an elastic
 //! foundation, from which the shortening is searched and multigrid starts.
 
+use crate::contact::equilibrium::departs_along;
+use crate::contact::escape::Escape;
 use crate::fem::{Cut, DofMap};
 use crate::friction::rigid_equilibrium;
 use crate::linalg::{SymmetricCsr, axpy};
@@ -105,6 +107,40 @@ pub(crate) fn rigid_mode(
 /// `from_rest` marks the bolts that have no shortening of an earlier step.
 pub(crate) fn close_clearance(prepared: &Prepared, targets: &[Target], from_rest: &[bool], shortening: &mut [f64]) {
     loose(prepared, |loose| loose.close(targets, from_rest, shortening));
+}
+
+/// How the loads carry away what bolts hold whose force is given: where their parts strain nothing as they come together or part, and no
+/// forces of contact balance the loads and the forces of the bolts. The loads are those of `prepared`, in which no bolt is shortened.
+pub(crate) fn escape_of_bolts(prepared: &Prepared, targets: &[Target]) -> Option<Escape> {
+    let Prepared { mesh, model, problem, motions, loading, .. } = prepared;
+    let (mut slices, mut pull, mut names) = (Vec::new(), Vec::new(), Vec::new());
+    for (bolt, target) in loading.bolts.iter().zip(targets) {
+        let Target::Force(force) = target else { continue };
+        let sides = sides(mesh, bolt);
+        let mode = rigid_mode((&model.dofs, &problem.elastic.K), &bolt.cut, &sides, &|_| true, &|x| x);
+        if let Some(mode) = mode {
+            slices.push(mode);
+            pull.push(*force);
+            names.push(&bolt.name);
+        }
+    }
+    if slices.is_empty() {
+        return None;
+    }
+    let way = departs_along(problem, motions, &slices, &pull)?;
+    let (first, way) = names.iter().zip(way).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let (fact, remedy) = if way > 0.0 {
+        (
+            "they come together: nothing that is held lies between them",
+            "see to the contacts under its head and its nut, or tighten it by `shortening` first",
+        )
+    } else {
+        (
+            "they part: nothing but the force that is given holds them together",
+            "give more force, lock it before it is loaded, or hold the parts by a support, a spring or a bonded contact",
+        )
+    };
+    Some(Escape { motion: format!("the parts of bolt {first:?}"), facts: vec![fact.into()], remedy: remedy.into() })
 }
 
 /// Displacements of the parts as rigid bodies with the bolts as they stand now; `None` without a bolt that has a rigid mode.

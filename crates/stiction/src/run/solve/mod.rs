@@ -35,7 +35,7 @@ pub(in crate::run) use levels::LARGEST_PRESSURE;
 pub use levels::{AccuracyRecord, GoalRecord, LevelRecord, ValueRecord};
 pub use passing::widened;
 pub use path::{Event, Outcome, Settings, StepLine, solve};
-pub use quantities::escape;
+pub use quantities::{escape, escape_of};
 pub use record::{
     AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, Named, OverlapName,
     OverlapRecord, PairRecord, PartRecord, SlidingRecord, StepRecord,

@@ -92,6 +92,12 @@ pub(crate) fn load(prepared: &Prepared) -> [f64; 3] {
     sum
 }
 
+/// How the loads carry a body or what bolts hold away, if the status says that nothing balances them.
+pub fn escape_of(prepared: &Prepared, status: Status) -> Option<Escape> {
+    let of_bolts = prepared.loading.of_bolts.clone().filter(|_| status == Status::NoEquilibrium);
+    of_bolts.or_else(|| escape(&prepared.problem, status))
+}
+
 /// How the loads carry a body away, if the status says that nothing balances them.
 pub fn escape(problem: &ContactProblem, status: Status) -> Option<Escape> {
     if status != Status::NoEquilibrium {

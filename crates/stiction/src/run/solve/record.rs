@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 
 use super::quantities::{
-    Micromotion, Smallness, energy, escape, largest_displacement, load, micromotions, reaction, unheld,
+    Micromotion, Smallness, energy, escape_of, largest_displacement, load, micromotions, reaction, unheld,
 };
 use super::solutions::{SolutionsRecord, UniquenessRecord};
 use super::totals::all_totals;
@@ -372,7 +372,7 @@ impl AnswerRecord {
         let (contact, pairs) = all_totals(prepared, outcome);
         AnswerRecord {
             status: solution.status,
-            escape_mode: escape(problem, solution.status).map(|escape| escape.motion),
+            escape_mode: escape_of(prepared, solution.status).map(|escape| escape.motion),
             sliding,
             overlaps: outcome.overlaps.iter().map(|it| OverlapRecord::of(Whereabouts::of(prepared), it)).collect(),
             certificate: CertificateRecord::of(&solution.certificate),

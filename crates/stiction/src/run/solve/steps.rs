@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 
 use super::balance::{Balance, BodyState, balance};
 use super::bolts::{BoltSearch, bolt_states};
-use super::clearance::close_clearance;
+use super::clearance::{close_clearance, escape_of_bolts};
 use super::discretisation::add_estimate;
 use super::extrapolation::{KEPT, extrapolated, weights};
 use super::free_motions::move_back;
@@ -20,6 +20,7 @@ use super::{Event, Outcome, Settings, StepLine};
 use crate::Error;
 use crate::certificate::certify;
 use crate::contact::equilibrium::{no_equilibrium, no_equilibrium_with};
+use crate::contact::escape::Escape;
 use crate::contact::sliding::Sliding;
 use crate::contact::{ContactProblem, Friction, Moved};
 use crate::friction::{self, Counts, Method, PointState, Progress, Solution, SolverPath, Status};
@@ -289,14 +290,24 @@ fn tighten(
     let targets = prepared.loading.targets(march.at.step, t)?;
     let before = march.body.loads.initial.shortening.clone();
     let stiffness: Vec<f64> = prepared.loading.bolts.iter().map(|bolt| bolt.cut.stiffness).collect();
-    let mut search = BoltSearch::new(&stiffness, &targets, &before, settings.solver.tolerance);
+    let new_search = |problem: &ContactProblem| {
+        BoltSearch::new(&stiffness, &targets, &before, settings.solver.tolerance).among(problem)
+    };
+    let mut search = new_search(&prepared.problem);
     let from_rest: Vec<bool> = (0..targets.len()).map(|number| before.get(number).is_none_or(|&s| s == 0.0)).collect();
     apply(prepared, &base, &march.slid);
     // What is carried away comes to rest nowhere: the first solve says so.
-    let draws = |(target, from_rest): (&Target, &bool)| *from_rest && matches!(target, Target::Force(_));
-    let draws = targets.iter().zip(&from_rest).any(draws);
-    if draws && no_equilibrium(&prepared.problem, &prepared.motions).is_none() {
-        close_clearance(prepared, &targets, &from_rest, &mut search.shortening);
+    let draws = |target: &Target| matches!(target, Target::Force(_));
+    let sum_of_loads = prepared.problem.elastic.f.iter().map(|f| f.abs()).sum();
+    search.loads = sum_of_loads;
+    prepared.loading.of_bolts = None;
+    if targets.iter().any(draws) && no_equilibrium(&prepared.problem, &prepared.motions).is_none() {
+        if let Some(escape) = escape_of_bolts(prepared, &targets) {
+            return end_of_bolts(prepared, settings, march, (kept, &base, &targets, escape), observer);
+        }
+        if targets.iter().zip(&from_rest).any(|(target, from_rest)| *from_rest && draws(target)) {
+            close_clearance(prepared, &targets, &from_rest, &mut search.shortening);
+        }
     }
     let (mut spent, mut counts) = (Seconds::default(), Counts::default());
     let mut from = None;
@@ -360,7 +371,8 @@ fn tighten(
                 outcome.solution.status = Status::Stalled;
             }
             failed = Some((loads, outcome));
-            search = BoltSearch::new(&stiffness, &targets, &before, settings.solver.tolerance);
+            search = new_search(&prepared.problem);
+            search.loads = sum_of_loads;
             search.shortening.clone_from(&first_shortening);
             prepared.problem.contact.friction.clone_from(&march.laws);
             prepared.loading.lost.clone_from(&march.lost);
@@ -378,6 +390,31 @@ fn tighten(
         // Only solves that fail make a step take more than one attempt.
         march.attempts -= 1;
     }
+}
+
+/// The answer where the loads carry away what bolts hold: with the shortenings of the step before.
+fn end_of_bolts(
+    prepared: &mut Prepared,
+    settings: &Settings,
+    march: &mut March,
+    (kept, base, targets, escape): (&mut Kept, &LoadState, &[Target], Escape),
+    observer: &mut Watch<Event>,
+) -> Result<(LoadState, Outcome), Error> {
+    let before = &march.body.loads.initial.shortening;
+    let shortening = |(number, target): (usize, &Target)| match target {
+        Target::Shortening(s) => *s,
+        Target::Force(_) | Target::Locked => before.get(number).copied().unwrap_or(0.0),
+    };
+    let shortenings: Vec<f64> = targets.iter().enumerate().map(shortening).collect();
+    let loads = tightened(prepared, base.clone(), &shortenings);
+    apply(prepared, &loads, &march.slid);
+    let from = (march.body.lambda.clone(), march.body.u.clone());
+    let mut outcome = attempt(prepared, settings, march, &from, kept, observer)?;
+    if outcome.solution.status != Status::Interrupted {
+        outcome.solution.status = Status::NoEquilibrium;
+        prepared.loading.of_bolts = Some(escape);
+    }
+    Ok((loads, outcome))
 }
 
 /// Solves the step from the multipliers and displacements given, and if that fails from zero.
