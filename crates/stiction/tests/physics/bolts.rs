@@ -211,6 +211,37 @@ fn what_a_bolt_cannot_hold_has_no_equilibrium() {
     }
 }
 
+/// Heat pulls at the cut of a bolt and moves its parts, and is no load that would part them: the column, all of it heated, stands free under a
+/// ceiling that is farther away than it grows, 0.003, until a load of 10 lifts its loose part against it; that bears 10 - F.
+#[test]
+fn heat_is_no_load_on_the_parts_of_a_bolt() {
+    for (load, force, pressed) in [(10.0, 4.0, 6.0), (10.0, 0.0, 10.0), (0.0, 0.0, 0.0)] {
+        for path in ["auto", "multigrid"] {
+            let text = block([1.0, 1.0, 3.0], [2, 2, 6], "element = \"hex8\"")
+                + &format!(
+                    "[materials.steel]\nyoung = 200e3\npoisson = 0.3\nexpansion = 1e-5\n\
+                     [[fix]]\non = \"z-min\"\ncomponents = \"z\"\n[[fix]]\non = \"x-min\"\ncomponents = \"x\"\n\
+                     [[fix]]\non = \"y-min\"\ncomponents = \"y\"\n[[load]]\ntemperature = 100\n\
+                     [[load]]\non = \"z-max\"\ntraction = [0, 0, {load}]\n\
+                     [[bolt]]\non = \"body\"\naxis = [0, 0, 1]\npoint = [0.5, 0.5, 1.6]\nforce = {force}\n\
+                     [[contact]]\non = \"z-max\"\nfriction = \"none\"\n\
+                     against = {{ plane = {{ point = [0, 0, 3.01], normal = [0, 0, -1] }} }}\n[solver]\npath = \"{path}\"\n"
+                );
+            let case = case::parse(&text, "case.toml", &[]).unwrap();
+            let go_on = &mut |_: Stage| ControlFlow::Continue(());
+            let (prepared, outcome, _) = solve_case(&case, &Plan::default(), &Stop::never(), None, go_on).unwrap();
+            let told = report(&prepared, &outcome).to_string();
+            let ceiling: f64 = outcome.solution.lambda[..prepared.problem.points()].iter().sum();
+            let bolt = &bolt_states(&prepared, &outcome)[0];
+            assert_eq!(outcome.solution.status, Status::Solved, "{path} {load} {force}: {told}");
+            assert!((ceiling - pressed).abs() < 1e-5 && (bolt.force - force).abs() < 1e-5, "{path}: {ceiling} {told}");
+            // The loose part goes as far as the gap is wider than all have grown, and back by what is pressed.
+            let way = if load > 0.0 { 0.01 - 0.003 } else { 0.0 };
+            assert!((bolt.shortening + way).abs() < 2e-4, "{path} {load} {force}: {}", bolt.shortening);
+        }
+    }
+}
+
 /// A bar held at both ends and cut in its middle has the force E A s / L: by faces between cells, on the mesh as it is made
 /// and where it has been refined at random.
 #[test]

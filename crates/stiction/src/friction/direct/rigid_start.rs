@@ -39,10 +39,8 @@ pub fn rigid_equilibrium(
     let isotropic = problem.isotropic();
     let of_slices: Vec<Vec<f64>> = slices.iter().map(|slice| isotropic.contact.B.times(slice)).collect();
     let jumps = &motions.jumps(&isotropic.contact.B).beside(&of_slices);
-    let f = &problem.elastic.f;
-    let along =
-        slices.iter().zip(pull).map(|(slice, pull)| pull + slice.iter().zip(f).map(|(s, f)| s * f).sum::<f64>());
-    let resultant = [balanced(motions, f), along.collect()].concat();
+    let along = slices.iter().zip(pull).map(|(slice, &pull)| along(slice, &problem.elastic.f, pull));
+    let resultant = [balanced(motions, &problem.elastic.f), along.map(unless_rounding).collect()].concat();
     let mut gap = isotropic.gap_and_slip(&u);
     let stiffness = parameters(&isotropic, &Dual::local_stiffness(&isotropic));
     let friction = &isotropic.contact.friction[..];
@@ -52,12 +50,28 @@ pub fn rigid_equilibrium(
     let (rigid, way) = alpha.split_at(motions.len());
     motions.add(rigid, &mut u);
     slices.iter().zip(way).for_each(|(slice, &way)| axpy(way, slice, &mut u));
-    (u, way.to_vec())
+    (u, ways(way, &resultant[motions.len()..]))
+}
+
+/// How far slices go: backwards only where something pulls that way, since without any force rounding decides.
+pub(in crate::friction) fn ways(way: &[f64], resultant: &[f64]) -> Vec<f64> {
+    way.iter().zip(resultant).map(|(&way, &along)| if along < 0.0 { way } else { way.max(0.0) }).collect()
 }
 
 /// `Rᵀ f` without what rounding leaves of loads in balance: bodies that nothing drives are to stay where they are.
 pub(in crate::friction) fn balanced(motions: &RigidMotions, f: &[f64]) -> Vec<f64> {
     without_rounding(motions.work(f), motions.work_size(f))
+}
+
+/// The work of the loads `f` and of the force `pull` on a slice, and the sum of the sizes of its terms.
+pub(in crate::friction) fn along(slice: &[f64], f: &[f64], pull: f64) -> [f64; 2] {
+    let terms = slice.iter().zip(f).map(|(s, f)| s * f);
+    terms.fold([pull, pull.abs()], |[sum, size], term| [sum + term, size + term.abs()])
+}
+
+/// A sum, or zero where it is what rounding leaves of the sizes of its terms.
+pub(in crate::friction) fn unless_rounding([sum, size]: [f64; 2]) -> f64 {
+    if sum.abs() <= Threshold::ROUNDING * size { 0.0 } else { sum }
 }
 
 /// The same of this work, where the sizes of the terms it adds up from have the sum `size`.

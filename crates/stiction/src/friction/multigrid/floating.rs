@@ -7,7 +7,7 @@ use super::transform::Transformed;
 use crate::contact::rigid::RigidMotions;
 use crate::contact::sliding::least_resisted;
 use crate::contact::{ContactProblem, Friction};
-use crate::friction::direct::rigid_start::{Foundation, keep_apart, without_rounding};
+use crate::friction::direct::rigid_start::{Foundation, along, keep_apart, unless_rounding, ways, without_rounding};
 use crate::linalg::{Csr, axpy};
 use crate::ranks::{Halo, from_bytes, gather_all, put, take, to_bytes};
 
@@ -105,21 +105,20 @@ impl Multigrid {
         let stiffness: Vec<f64> = point_laws(problem, transformed).iter().map(|law| law.parameter).collect();
         let stiffness = of_all_points(halo, 1, &stiffness);
         let is_own = |i: usize| (transformed.nodes.of[i].0 as usize) < halo.own();
-        let own = |slice: &Vec<f64>| -> f64 {
-            let terms = slice.iter().zip(&problem.elastic.f).enumerate().filter(|(i, _)| is_own(*i));
-            terms.map(|(_, (s, f))| s * f).sum()
-        };
-        let mut along: Vec<f64> = slices.iter().map(own).collect();
-        halo.sum(&mut along);
-        along.iter_mut().zip(pull).for_each(|(along, pull)| *along += pull);
-        let resultant = [resultant(problem, transformed), along].concat();
+        let load: Vec<f64> =
+            problem.elastic.f.iter().enumerate().map(|(i, &f)| if is_own(i) { f } else { 0.0 }).collect();
+        let mut work: Vec<f64> = slices.iter().flat_map(|slice| along(slice, &load, 0.0)).collect();
+        halo.sum(&mut work);
+        let pulled = work.as_chunks().0.iter().zip(pull);
+        let pulled = pulled.map(|([sum, size], pull)| unless_rounding([sum + pull, size + pull.abs()]));
+        let resultant = [resultant(problem, transformed), pulled.collect()].concat();
         let (friction, jumps, resultant) = (&friction[..], &jumps, &resultant[..]);
         let foundation = Foundation { friction, jumps, resultant, gap: &gap, stiffness: &stiffness };
         let alpha = foundation.equilibrium().alpha;
         let (rigid, way) = alpha.split_at(motions.len());
         motions.add(rigid, &mut u);
         slices.iter().zip(way).for_each(|(slice, &way)| axpy(way, slice, &mut u));
-        (u, way.to_vec())
+        (u, ways(way, &resultant[motions.len()..]))
     }
 }
 

@@ -22,6 +22,8 @@ pub(crate) struct Loose<'a> {
     pub unknowns: usize,
     /// For each bolt the displacements of the unknowns by which a unit of shortening strains nothing ([`rigid_mode`]).
     pub modes: &'a dyn Fn() -> Vec<Option<Vec<f64>>>,
+    /// For each bolt the force through its cut that thermal strain causes while nothing moves; empty where there is none.
+    pub thermal: &'a [f64],
     /// Finds the equilibrium of the parts as rigid bodies that may also move along slices, along which forces (newton) pull, from
     /// given displacements: displacements of the unknowns, and how far each slice goes.
     pub equilibrium: &'a Equilibrium<'a>,
@@ -43,7 +45,8 @@ impl Loose<'_> {
             match wanted(&targets[number]).filter(|_| from_rest[number]) {
                 Some(force) => {
                     slices.push(mode);
-                    pull.push(force);
+                    // The loads contain it along the mode.
+                    pull.push(force - self.thermal.get(number).copied().unwrap_or(0.0));
                     bolts.push(number);
                 }
                 None => axpy(shortening[number], &mode, &mut u),
@@ -51,7 +54,7 @@ impl Loose<'_> {
         }
         if !slices.is_empty() {
             let (_, way) = (self.equilibrium)(&slices, &pull, u);
-            bolts.iter().zip(way).for_each(|(&bolt, way)| shortening[bolt] += way.max(0.0));
+            bolts.iter().zip(way).for_each(|(&bolt, way)| shortening[bolt] += way);
         }
     }
 
@@ -109,18 +112,19 @@ pub(crate) fn close_clearance(prepared: &Prepared, targets: &[Target], from_rest
     loose(prepared, |loose| loose.close(targets, from_rest, shortening));
 }
 
-/// How the loads carry away what bolts hold whose force is given: where their parts strain nothing as they come together or part, and no
+/// How the loads carry away what bolts hold whose force is given (thermal strain pulls at a cut with forces that are among the loads, and in the
+/// force through it): where their parts strain nothing as they come together or part, and no
 /// forces of contact balance the loads and the forces of the bolts. The loads are those of `prepared`, in which no bolt is shortened.
 pub(crate) fn escape_of_bolts(prepared: &Prepared, targets: &[Target]) -> Option<Escape> {
     let Prepared { mesh, model, problem, motions, loading, .. } = prepared;
     let (mut slices, mut pull, mut names) = (Vec::new(), Vec::new(), Vec::new());
-    for (bolt, target) in loading.bolts.iter().zip(targets) {
+    for (number, (bolt, target)) in loading.bolts.iter().zip(targets).enumerate() {
         let Target::Force(force) = target else { continue };
         let sides = sides(mesh, bolt);
         let mode = rigid_mode((&model.dofs, &problem.elastic.K), &bolt.cut, &sides, &|_| true, &|x| x);
         if let Some(mode) = mode {
             slices.push(mode);
-            pull.push(*force);
+            pull.push(force - loading.initial.thermal_force.get(number).copied().unwrap_or(0.0));
             names.push(&bolt.name);
         }
     }
@@ -156,5 +160,6 @@ fn loose<T>(prepared: &Prepared, find: impl FnOnce(&Loose) -> T) -> T {
     let modes = || loading.bolts.iter().map(mode).collect();
     let equilibrium =
         |slices: &[Vec<f64>], pull: &[f64], u: Vec<f64>| rigid_equilibrium(problem, motions, slices, pull, u);
-    find(&Loose { unknowns: problem.unknowns(), modes: &modes, equilibrium: &equilibrium })
+    let thermal = &loading.initial.thermal_force;
+    find(&Loose { unknowns: problem.unknowns(), modes: &modes, thermal, equilibrium: &equilibrium })
 }
