@@ -63,15 +63,15 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         (true, true) if !checked.passes_through.is_empty() => {
             "failed: the result solves its problem, but surfaces pass through each other, as its summary says\n"
         }
-        (true, true) if checked.unsolved.is_some() => {
-            "failed: the measures are met, but the run has found no answer, as its summary says\n"
-        }
         (true, true) if !is_proven => {
             "failed: the result solves its problem, but bound.npz does not prove the bound of the discretisation error\n"
         }
         (true, true) if !as_written => {
             "failed: the result solves its problem, but files of the folder are not as they were written; solve the case \
              again, or write report.html again with `stiction report` if it is the only one\n"
+        }
+        (true, true) if checked.unsolved.is_some() => {
+            "failed: the measures are met, but the run has found no answer, as its summary says\n"
         }
         (true, true) => "passed: the result solves its problem to the tolerance, as its summary says\n",
         (true, false) => "failed: the result solves its problem, but its summary says something else\n",

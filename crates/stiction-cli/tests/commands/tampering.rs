@@ -61,6 +61,19 @@ fn every_change_of_a_summary_is_noticed() {
     folder.run(&["check", "r"]).ends(0, &[]);
 }
 
+/// The certificate of what the step before has left passes, and knows nothing of the force that a bolt was to have.
+#[test]
+fn a_run_that_has_found_no_answer_fails() {
+    let case = "[mesh]\nblock = { size = [1, 1, 3], cells = [2, 2, 6], element = \"hex8\" }\n\
+                [materials.steel]\nyoung = 2e5\npoisson = 0.3\n[[fix]]\non = \"z-min\"\n[[load]]\non = \"z-max\"\npressure = 10\n\
+                [[bolt]]\non = \"body\"\naxis = [0, 0, 1]\npoint = [0.5, 0.5, 1.6]\nforce = 0\n";
+    let folder = Folder::new("tamper-none", case);
+    folder.run(&["solve", "case.toml", "-o", "r"]).ends(1, &["there is no equilibrium", "the parts of bolt \"body\""]);
+    let run = folder.run(&["check", "r"]);
+    run.ends(1, &[]);
+    assert!(run.out.contains("the status no_equilibrium") && run.out.contains("has found no answer"), "{run:#?}");
+}
+
 #[test]
 fn files_that_are_missing_changed_or_unknown_are_named() {
     let folder = Folder::new("tamper-files", CASE);

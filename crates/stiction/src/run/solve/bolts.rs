@@ -42,7 +42,7 @@ pub fn bolt_states(prepared: &Prepared, outcome: &Outcome) -> Vec<BoltState> {
 }
 
 /// Broyden's method for the shortenings of the bolts whose force is given.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct BoltSearch {
     /// Of all bolts.
     pub shortening: Vec<f64>,

@@ -290,16 +290,13 @@ fn tighten(
     let targets = prepared.loading.targets(march.at.step, t)?;
     let before = march.body.loads.initial.shortening.clone();
     let stiffness: Vec<f64> = prepared.loading.bolts.iter().map(|bolt| bolt.cut.stiffness).collect();
-    let new_search = |problem: &ContactProblem| {
-        BoltSearch::new(&stiffness, &targets, &before, settings.solver.tolerance).among(problem)
-    };
-    let mut search = new_search(&prepared.problem);
+    let tolerance = settings.solver.tolerance;
+    let mut search = BoltSearch::new(&stiffness, &targets, &before, tolerance).among(&prepared.problem);
     let from_rest: Vec<bool> = (0..targets.len()).map(|number| before.get(number).is_none_or(|&s| s == 0.0)).collect();
     apply(prepared, &base, &march.slid);
     // What is carried away comes to rest nowhere: the first solve says so.
     let draws = |target: &Target| matches!(target, Target::Force(_));
-    let sum_of_loads = prepared.problem.elastic.f.iter().map(|f| f.abs()).sum();
-    search.loads = sum_of_loads;
+    search.loads = prepared.problem.elastic.f.iter().map(|f| f.abs()).sum();
     prepared.loading.of_bolts = None;
     if targets.iter().any(draws) && no_equilibrium(&prepared.problem, &prepared.motions).is_none() {
         if let Some(escape) = escape_of_bolts(prepared, &targets) {
@@ -319,7 +316,7 @@ fn tighten(
         && search.may_be_found_together()
         && !kept.begins_with_multigrid(&prepared.problem, &settings.solver);
     let mut failed: Option<(LoadState, Outcome)> = None;
-    let first_shortening = search.shortening.clone();
+    let first = search.clone();
     loop {
         let mut loads = tightened(prepared, base.clone(), &search.shortening);
         apply(prepared, &loads, &march.slid);
@@ -371,9 +368,7 @@ fn tighten(
                 outcome.solution.status = Status::Stalled;
             }
             failed = Some((loads, outcome));
-            search = new_search(&prepared.problem);
-            search.loads = sum_of_loads;
-            search.shortening.clone_from(&first_shortening);
+            search.clone_from(&first);
             prepared.problem.contact.friction.clone_from(&march.laws);
             prepared.loading.lost.clone_from(&march.lost);
             continue;
