@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
+#[cfg(feature = "plots")]
 use super::fields::SurfaceFields;
 use super::html::{Field, Frame, View, thin};
 use super::summary::Summary;
@@ -101,6 +102,7 @@ pub(crate) fn view_of_pieces([bodies, surfaces]: &[Vec<PathBuf>; 2], nodes: u64,
 
 /// That of the surfaces of an answer: nodes of the boundary with their displacements, length, and von Mises stress; the nodes of each
 /// face of it; and the contact surfaces, by places among these nodes.
+#[cfg(feature = "plots")]
 pub(crate) fn view_of_surfaces(
     (nodes, displacement, von_mises): (&[V3], &[V3], &[f64]),
     faces: &[Vec<u32>],
