@@ -19,7 +19,7 @@ use crate::arrays::table;
 use crate::errors::{raised, wrong};
 use crate::linear::{Body, Matrices};
 use crate::matrix::triples;
-use crate::problem::{certificate, no_equilibrium, phase_name, status_name};
+use crate::problem::{certificate, explained, phase_name, status_name};
 use crate::work::{Teller, run as work};
 
 /// A case that was read; its mesh may be that of the caller.
@@ -350,7 +350,7 @@ impl Order {
         }
         let status = outcome.solution.status;
         let why = match status {
-            Status::NoEquilibrium => no_equilibrium(&prepared.problem, status),
+            Status::NoEquilibrium => run::escape_of(&prepared, status).map(explained),
             Status::PassesThrough => run::passes_through(&prepared, &outcome),
             _ => run::limit_load(&prepared, &outcome),
         };

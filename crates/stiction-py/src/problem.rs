@@ -11,7 +11,7 @@ use stiction::contact::Supports;
 use stiction::friction::{Phase, PointState, tied_rows};
 use stiction::io::case::SolverSpec;
 use stiction::linalg::Stop;
-use stiction::run::MemoryLimit;
+use stiction::run::{Escape, MemoryLimit};
 use stiction::{
     Certificate, ContactProblem, Csr, Error, Friction, Kept, Settings, Solution, SolveEvent, SolverPath, Status,
     SymmetricCsr, certify, solve_with_kept,
@@ -483,8 +483,12 @@ pub(crate) fn status_name(status: Status) -> &'static str {
 
 /// Why nothing balances the loads, with the remedy, if the status says so.
 pub(crate) fn no_equilibrium(problem: &ContactProblem, status: Status) -> Option<String> {
-    let escape = stiction::run::escape(problem, status)?;
-    Some(format!("there is no equilibrium: {}; {}", escape.sentence(), escape.remedy))
+    stiction::run::escape(problem, status).map(explained)
+}
+
+/// The same in one sentence.
+pub(crate) fn explained(escape: Escape) -> String {
+    format!("there is no equilibrium: {}; {}", escape.sentence(), escape.remedy)
 }
 
 /// A solution with the jumps at the points.
