@@ -76,7 +76,7 @@ pub(in crate::friction) fn unless_rounding([sum, size]: [f64; 2]) -> f64 {
 
 /// The same of this work, where the sizes of the terms it adds up from have the sum `size`.
 pub(in crate::friction) fn without_rounding(work: Vec<f64>, size: f64) -> Vec<f64> {
-    work.into_iter().map(|e| if e.abs() <= Threshold::ROUNDING * size { 0.0 } else { e }).collect()
+    work.into_iter().map(|e| unless_rounding([e, size])).collect()
 }
 
 /// Narrows all gaps (the first `m` numbers of `3m`) by the length it returns: what nothing presses then lies beside its

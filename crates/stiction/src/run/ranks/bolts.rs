@@ -194,7 +194,9 @@ fn loose<T>(local: &Local, (multigrid, own): (&Multigrid, &ContactProblem), find
     let equilibrium =
         |slices: &[Vec<f64>], pull: &[f64], u: Vec<f64>| multigrid.rigid_equilibrium(own, slices, pull, u);
     let mut thermal = local.initial.thermal_force.clone();
-    thermal.resize(local.bolts.len(), 0.0);
-    sum(ranks, &mut thermal);
+    if !local.bolts.is_empty() {
+        thermal.resize(local.bolts.len(), 0.0);
+        sum(ranks, &mut thermal);
+    }
     find(&Loose { unknowns: local.problem.unknowns(), modes: &modes, thermal: &thermal, equilibrium: &equilibrium })
 }

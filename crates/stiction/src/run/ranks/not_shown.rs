@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::record::RankedSummary;
 use super::solve::RankedAnswer;
-use super::write::ForPeople;
+use super::write::{AtPoint, ForPeople};
 use crate::Error;
 use crate::fem::Voigt;
 use crate::ranks::Ranks;
@@ -13,7 +13,7 @@ use crate::ranks::Ranks;
 pub(super) struct Shown;
 
 impl Shown {
-    pub(super) fn gathered(_: &RankedAnswer, _: &[Voigt], _: ForPeople, _: &dyn Ranks) -> Option<Shown> {
+    pub(super) fn gathered(_: &RankedAnswer, _: (&[Voigt], &[AtPoint]), _: ForPeople, _: &dyn Ranks) -> Option<Shown> {
         None
     }
 

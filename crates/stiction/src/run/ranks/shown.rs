@@ -1,13 +1,14 @@
 //! What pictures and the report show of an answer on several ranks: the boundary of the bodies and the contact surfaces, gathered by
 //! rank 0, which has nothing else of the others.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use super::local::Local;
 use super::record::RankedSummary;
 use super::share::name;
 use super::solve::RankedAnswer;
-use super::write::{AtPoint, ForPeople, at_points};
+use super::write::{AtPoint, ForPeople};
 use crate::Error;
 use crate::fem::{Voigt, von_mises};
 use crate::io::units::Units;
@@ -41,10 +42,10 @@ type OnBoundary = [f64; 8];
 type OnContact = [f64; 15];
 
 impl Shown {
-    /// Those of an answer, at rank 0, if any are wanted; `stress` is that of each cell here.
+    /// Those of an answer, at rank 0, if any are wanted; `stress` is that of each cell here, `points` are those of contact.
     pub(super) fn gathered(
         answer: &RankedAnswer,
-        stress: &[Voigt],
+        (stress, points): (&[Voigt], &[AtPoint]),
         wanted: ForPeople,
         ranks: &dyn Ranks,
     ) -> Option<Shown> {
@@ -63,15 +64,14 @@ impl Shown {
             [x, y, z, u, v_, w, von_mises[v], error.as_ref().map_or(f64::NAN, |error| error[v])]
         };
         put_part(&answer.local, piece.mesh.faces.iter().map(|face| face.nodes()).collect(), &on_boundary, &mut message);
-        let known = at_points(answer);
         for k in 0..signs.len() {
-            let mut here = vec![None; piece.mesh.nodes.len()];
-            known.iter().filter(|point| point.surface == k).for_each(|point| here[point.node as usize] = Some(point));
+            let of_surface = points.iter().filter(|point| point.surface == k);
+            let here: HashMap<usize, &AtPoint> = of_surface.map(|point| (point.node as usize, point)).collect();
             let on_contact = |v: usize| -> OnContact {
                 let [x, y, z] = piece.mesh.nodes[v];
                 let Some(AtPoint {
                     pressure, shear: [a, b, c], slip: [d, e, f], gap, force: [g, h, i], status, ..
-                }) = here[v]
+                }) = here.get(&v)
                 else {
                     let mut unknown = [f64::NAN; 15];
                     unknown[..3].copy_from_slice(&[x, y, z]);

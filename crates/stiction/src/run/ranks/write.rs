@@ -73,9 +73,10 @@ pub fn write_on_ranks(
     agree(ranks, if first { ready() } else { Ok(()) })?;
     let stress = stress(answer);
     let body = body(answer, &stress, ranks.rank());
-    let surface = surface(answer);
-    let shown = Shown::gathered(answer, &stress, wanted, ranks);
-    drop(stress);
+    let points = at_points(answer);
+    let surface = surface(answer, &points);
+    let shown = Shown::gathered(answer, (&stress, &points), wanted, ranks);
+    drop((stress, points));
     let (body_name, surface_name) = (piece_name("result", ranks.rank()), piece_name("contact", ranks.rank()));
     let write = |name: &str, grid: &GridFields| -> Result<(), Error> {
         if grid.is_empty() {
@@ -329,7 +330,7 @@ pub(super) struct AtPoint {
 }
 
 /// All contact points here.
-pub(super) fn at_points(answer: &RankedAnswer) -> Vec<AtPoint> {
+fn at_points(answer: &RankedAnswer) -> Vec<AtPoint> {
     let Local { problem, signs, .. } = &answer.local;
     let m = problem.points();
     let left = problem.gap_and_slip(&answer.free);
@@ -355,7 +356,7 @@ pub(super) fn at_points(answer: &RankedAnswer) -> Vec<AtPoint> {
 
 /// The contact faces of this rank, each of which is that of its first node, with the fields of the contact points at their
 /// nodes; the status is -1 where there is none.
-fn surface(answer: &RankedAnswer) -> GridFields {
+fn surface(answer: &RankedAnswer, points: &[AtPoint]) -> GridFields {
     let Local { piece, division, signs, .. } = &answer.local;
     let mesh = &piece.mesh;
     let groups = (0..signs.len()).filter_map(|k| mesh.group(&name("contact", k)));
@@ -367,7 +368,7 @@ fn surface(answer: &RankedAnswer) -> GridFields {
     let [mut pressure, mut gap] = [vec![f64::NAN; n], vec![f64::NAN; n]];
     let [mut shear, mut slip, mut force] = [vec![[f64::NAN; 3]; n], vec![[f64::NAN; 3]; n], vec![[0.0; 3]; n]];
     let mut status = vec![-1; n];
-    for point in at_points(answer) {
+    for point in points {
         let Ok(at) = nodes.binary_search(&point.node) else { continue };
         (pressure[at], gap[at], status[at]) = (point.pressure, point.gap, point.status);
         (shear[at], slip[at], force[at]) = (point.shear, point.slip, point.force);
