@@ -34,6 +34,9 @@ unsafe extern "C" {
 /// The code that a job ends with after a panic.
 pub const PANIC: u8 = 101;
 
+/// How Open MPI passes messages on: `ob1` takes shared memory on one machine, and knows no network of its own.
+const MESSAGES: &str = "OMPI_MCA_pml";
+
 /// The ranks of `MPI_COMM_WORLD`.
 #[derive(Debug)]
 pub struct Mpi {
@@ -47,6 +50,7 @@ impl Mpi {
     /// # Errors
     /// If MPI does not start, or has no threads beside the calling one.
     pub fn start() -> Result<Mpi, String> {
+        pass_over_networks();
         // SAFETY: called once, before any other function of MPI.
         let failed = unsafe { shim_init() };
         match failed {
@@ -71,6 +75,16 @@ impl Mpi {
     pub fn finish(&self) {
         // SAFETY: MPI is started, and nothing is sent any more. What it returns changes nothing for a job that is done.
         let _ = unsafe { shim_finalize() };
+    }
+}
+
+/// Open MPI looks for networks before it starts, 0.2 s, also where `mpirun` has started all ranks on this machine and messages go through
+/// its memory. What the user has chosen stays.
+fn pass_over_networks() {
+    let [all, here, chosen] = ["OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_LOCAL_SIZE", MESSAGES].map(std::env::var_os);
+    if all.is_some() && all == here && chosen.is_none() {
+        // SAFETY: the program has one thread.
+        unsafe { std::env::set_var(MESSAGES, "ob1") };
     }
 }
 

@@ -32,6 +32,7 @@ mod pose;
 mod posed;
 mod problem;
 pub mod rigid;
+mod rounding;
 mod rows;
 mod skin;
 mod slave_choice;

@@ -11,7 +11,7 @@ use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::held::{Below, is_held_along};
 use super::mortar::{FACING, Plane, Row};
-use super::pair::{default_search, initial_gap};
+use super::pair::{default_search, initial_gap, resolved_gap};
 use super::points::{Point, prescribed, refuse_dragging};
 use super::slave_choice::face_size;
 use super::tributary::tributary_areas;
@@ -222,6 +222,7 @@ pub(super) fn points_of_nodes(
         let others = weights.into_iter().map(|(other, weight)| (other, -weight)).collect();
         let row = Row { node, area, unity_sum: 1.0, others };
         let gap = initial_gap(mesh, &row, normal, &master.gap, &HashMap::new());
+        let gap = resolved_gap(mesh, &row, gap, &master.gap);
         found.guided += usize::from(frame[2] == [0.0; 3]);
         found.held_along_surface += usize::from(is_held_along(dofs, node, &tangents));
         (found.gap_min, found.gap_max) = (found.gap_min.min(gap), found.gap_max.max(gap));

@@ -18,6 +18,7 @@ use super::normals::normals;
 use super::overhang::Overhang;
 use super::patches::Patches;
 use super::points::{Point, prescribed, refuse_dragging};
+use super::rounding::resolved;
 use super::slave_choice::face_size;
 use super::surface::SEARCH;
 use super::tributary::{TributaryArea, tributary_areas};
@@ -237,7 +238,8 @@ pub(super) fn points_of_pair(
         let tangents = [frame[1], frame[2]].map(|tangent| dofs.components(row.node, tangent));
         refuse_dragging(&constrained, imposed, along, row.node, x, &surface.friction, &tangents)?;
         let gap = initial_gap(mesh, &row, normal, &master.gap, &outward);
-        let gap = gap_among(&distances[&row.node], gap, row.unity_sum, &master.gap);
+        let gap =
+            resolved_gap(mesh, &row, gap_among(&distances[&row.node], gap, row.unity_sum, &master.gap), &master.gap);
         let visible = gap / row.unity_sum;
         found.guided += usize::from(frame[2] == [0.0; 3]);
         found.held_along_surface += usize::from(is_held_along(dofs, row.node, &tangents));
@@ -399,6 +401,15 @@ pub(super) fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: &InitialGap, 
             let of = |&(other, weight): &(u32, f64)| Some(weight * along(dot(normal, *outward.get(&other)?)));
             gap * (1.0 + row.others.iter().filter_map(of).sum::<f64>())
         }
+    }
+}
+
+/// What the coordinates tell of a gap that they are to tell.
+pub(super) fn resolved_gap(mesh: &Mesh, row: &Row, gap: f64, stated: &InitialGap) -> f64 {
+    let places = row.others.iter().map(|&(other, _)| other).chain([row.node]);
+    match stated {
+        InitialGap::Closed | InitialGap::Uniform(_) => gap,
+        _ => resolved(gap, places.map(|node| mesh.nodes[node as usize])),
     }
 }
 

@@ -8,6 +8,7 @@ use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::mortar::FACING;
 use super::pair::TOUCHING;
+use super::rounding::resolved;
 use super::tributary::{TributaryArea, areas_on_obstacle};
 use super::{ContactSurface, Friction, InterfaceStiffness, Obstacle, Side, SurfaceFacts, SurfaceFriction, Triangles};
 use crate::Error;
@@ -96,7 +97,7 @@ pub(super) fn points_on_obstacle(
             let what = format!("the obstacle has no normal at node {} at {x:?}", node + 1);
             return Err(Error::new("", what, "move the obstacle: no node may lie on its axis or centre"));
         }
-        Ok(found)
+        Ok(found.map(|(distance, away)| (resolved(distance, [x]), away)))
     };
     'areas: for (patch, &(_, outward)) in areas_on_obstacle(mesh, faces).into_iter().zip(&outward) {
         let (unity_sum, TributaryArea { node, area, others }) = (patch.unity_sum(), patch);

@@ -64,3 +64,58 @@ fn the_force_of_a_ring_does_not_depend_on_where_its_nodes_are() {
         assert!(high < 1.03 * low, "{element} {slave}: {forces:?}");
     }
 }
+
+/// Two blocks without contraction under a pressure have it everywhere in the contact: also where it shortens them by less than rounding leaves
+/// between their coordinates, far from the origin or turned.
+#[test]
+fn surfaces_that_touch_up_to_rounding_touch() {
+    let [far, turned] = ["move = [5e5, 4e6, 100]\n", ""];
+    for (element, on, place, pressure) in [
+        ("hex8", "upper.z-min", far, 10.0),
+        ("tet10", "lower.z-max", far, 10.0),
+        ("hex20", "upper.z-min", turned, 1e-9),
+        ("tet4", "plane", turned, 1e-9),
+    ] {
+        let part = |name: &str, cells: u32, z: i32| {
+            format!(
+                "[mesh.parts.{name}]\nblock = {{ size = [1, 1, 1], cells = [{cells}, {cells}, 2], origin = [0, 0, {z}], element = \"{element}\" }}\n\
+                 turn = {{ axis = [0.6, 0.64, 0.48], degrees = 33 }}\n{place}"
+            )
+        };
+        // The unit vector along z, turned.
+        let (sin, cos) = 33f64.to_radians().sin_cos();
+        let normal = [
+            0.48 * 0.6 * (1.0 - cos) + 0.64 * sin,
+            0.48 * 0.64 * (1.0 - cos) - 0.6 * sin,
+            cos + 0.48 * 0.48 * (1.0 - cos),
+        ];
+        let (parts, below, contact) = match on {
+            "plane" => {
+                let plane = format!("{{ plane = {{ point = [0, 0, 0], normal = {normal:?} }} }}");
+                (part("upper", 4, 0), String::new(), format!("on = \"upper.z-min\"\nagainst = {plane}\n"))
+            }
+            _ => {
+                let other = if on == "upper.z-min" { "lower.z-max" } else { "upper.z-min" };
+                let contact = format!("on = \"{on}\"\nagainst = \"{other}\"\nslave = \"on\"\n");
+                (part("upper", 4, 0) + &part("lower", 3, -1), "[[fix]]\non = \"lower.z-min\"\n".to_string(), contact)
+            }
+        };
+        let text = format!(
+            "{parts}[materials.m]\nyoung = 210e9\npoisson = 0\n{below}\
+             [[load]]\non = \"upper.z-max\"\npressure = {pressure}\n[[contact]]\n{contact}friction = {{ coulomb = 0.3 }}\n"
+        );
+        let run = solved(&text);
+        let pair = &pair_totals(&run.1, &run.0)[0].1;
+        assert!(
+            (pair.max_pressure / pressure - 1.0).abs() < 1e-6,
+            "{element} {on}: {} for {pressure}",
+            pair.max_pressure
+        );
+        assert!(
+            (pair.normal_force / pressure - 1.0).abs() < 1e-6,
+            "{element} {on}: {} for {pressure}",
+            pair.normal_force
+        );
+        assert_eq!(run.1.facts.contacts[0].surface.gap_max, 0.0, "{element} {on}");
+    }
+}
