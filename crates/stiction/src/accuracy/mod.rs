@@ -36,11 +36,11 @@ pub struct Estimate {
     pub volumes: Vec<f64>,
     /// Squared energy norm of the stress that was found, energy.
     pub norm2: f64,
-    /// The same of the stress that would suppress all strain without stress; zero without any, energy.
+    /// The same of the stress that would suppress all strain without stress, and of a part of what a rigid motion could be taken for; energy.
     pub suppressed2: f64,
 }
 
-/// Stress below this part of what thermal strain could cause is what the solver leaves of none.
+/// Stress below this part of what thermal strain could cause, and of a part of what displacements could, is what the solver leaves of none.
 const ROUNDING: f64 = 1e-7;
 
 impl Estimate {

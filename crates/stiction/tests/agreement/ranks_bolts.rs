@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::ranks::{agrees_case, on_ranks};
+use stiction::friction::Status;
 use stiction::io::case::{self, Case};
 use stiction_fixtures::case_run::solved_case;
 
@@ -53,4 +54,40 @@ fn a_bolt_by_its_shortening_is_the_same_on_ranks() {
     let case = joint(&[("bolt.0", bolt)]);
     agrees_case(&case, &[2, 4]);
     bolts_agree(&case, &[3], 1e-8);
+}
+
+/// A column whose loose part a bolt holds, under a ceiling or free above: what the load has more than the bolt the ceiling bears, and where
+/// nothing does there is no equilibrium (statics of the two parts).
+fn column(load: f64, force: f64, has_ceiling: bool) -> Case {
+    let ceiling = "[[contact]]\non = \"z-max\"\nfriction = \"none\"\n\
+                   against = { plane = { point = [0, 0, 3], normal = [0, 0, -1] } }\n";
+    let text = format!(
+        "[mesh]\nblock = {{ size = [1, 1, 3], cells = [4, 4, 12], element = \"hex8\" }}\n\
+         [materials.steel]\nyoung = 200e3\npoisson = 0.3\n[[fix]]\non = \"z-min\"\n\
+         [[load]]\non = \"z-max\"\ntraction = [0, 0, {load}]\n\
+         [[bolt]]\non = \"body\"\naxis = [0, 0, 1]\npoint = [0.5, 0.5, 1.6]\nforce = {force}\n{}",
+        if has_ceiling { ceiling } else { "" }
+    );
+    case::parse(&text, "case.toml", &[]).unwrap()
+}
+
+#[test]
+fn what_a_bolt_cannot_hold_has_no_equilibrium_on_ranks() {
+    for size in [1, 2, 3] {
+        for force in [4.0, 0.0] {
+            let (_, summary) = on_ranks(&column(10.0, force, true), size);
+            let pressed = summary.contact.normal_force;
+            assert_eq!(summary.status, Status::Solved, "{size} ranks, {force}");
+            assert!((pressed - 10.0 + force).abs() < 1e-5, "{size} ranks, {force}: {pressed}");
+            assert!((summary.bolts[0].force - force).abs() < 1e-5, "{size} ranks: {:?}", summary.bolts);
+        }
+        for (load, force, has_ceiling, how) in
+            [(10.0, 20.0, true, "they come together"), (10.0, 4.0, false, "they part")]
+        {
+            let (_, summary) = on_ranks(&column(load, force, has_ceiling), size);
+            let told = summary.to_string();
+            assert!(summary.status == Status::NoEquilibrium && told.contains(how), "{size} ranks: {told}");
+            assert_eq!(summary.bolts[0].shortening, 0.0);
+        }
+    }
 }

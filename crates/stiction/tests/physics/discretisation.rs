@@ -316,6 +316,29 @@ fn strain_without_stress_is_no_error() {
     }
 }
 
+/// A body that is moved without strain has no stress and no error; one that is strained by little on its way has that of the same strain at rest.
+#[test]
+fn a_rigid_motion_is_no_error() {
+    for element in ["tet4", "hex8", "tet10", "hex20", "wedge6", "wedge15"] {
+        let estimate = |way: f64, stretch: f64| {
+            let text = case_run::block([1.0, 1.0, 1.0], [4, 3, 3], &format!("element = \"{element}\""))
+                + &format!(
+                    "[materials.steel]\nyoung = 200e3\npoisson = 0.3\n[[fix]]\non = \"x-min\"\nvalue = [{way:e}, 0, {:e}]\n\
+                     [[fix]]\non = \"x-max\"\nvalue = [{:e}, 0, {:e}]\n",
+                    -way,
+                    way + stretch,
+                    -way
+                );
+            case_run::solved(&text).0.estimate.unwrap().relative()
+        };
+        assert_eq!(estimate(3e-2, 0.0), 0.0, "{element}");
+        let at_rest = estimate(0.0, 1e-9);
+        assert!(at_rest > 0.02, "{element}: {at_rest}");
+        let moved = estimate(3e-2, 1e-9);
+        assert!((moved / at_rest - 1.0).abs() < 1e-4, "{element}: {moved} {at_rest}");
+    }
+}
+
 /// To the bit.
 #[test]
 fn the_estimate_does_not_depend_on_the_number_of_threads() {

@@ -34,6 +34,7 @@ use crate::linalg::{Stop, Watch};
 use crate::mesh::v3::{V3, add, scale};
 use crate::ranks::{Counted, Ranks, Traffic, agree, broadcast, gather_all, sum};
 use crate::run::pose::axis::Position;
+use crate::run::pose::bolts::Target;
 use crate::run::pose::loads::end;
 use crate::run::pose::{Seconds, Span, stopwatch};
 use crate::run::results::Row;
@@ -327,8 +328,16 @@ pub(super) fn march(
         let span = march.at.span(&case.steps);
         let t = span.map_or(end(case), |[_, t]| t);
         let targets = solver.local.bolts.iter().map(|b| b.bolt.target(march.at.step, t)).collect::<Result<Vec<_>, _>>();
-        let targets = agree(&*ranks, targets)?;
-        let departs = statics.departs(&*ranks, t);
+        let mut targets = agree(&*ranks, targets)?;
+        let departs = statics.departs(&*ranks, &targets, t);
+        if departs {
+            // No search ends where nothing bears the forces: bolts stay as short as they are.
+            for (target, &s) in targets.iter_mut().zip(&march.shortening) {
+                if !matches!(target, Target::Shortening(_)) {
+                    *target = Target::Shortening(s);
+                }
+            }
+        }
         solver.settings.max_iterations = if departs { 0 } else { max_iterations };
         let mut found = solver.step(&march, &targets, t)?;
         if departs && found.solution.status != Status::Interrupted {
