@@ -284,8 +284,11 @@ pub fn parse(bytes: &[u8]) -> Result<Arrays, Error> {
     archive(io::Cursor::new(bytes), bytes.len() as u64)
 }
 
+fn damaged(what: String) -> Error {
+    Error::new("", what, "the file is damaged or incomplete; write it again")
+}
+
 fn archive(mut file: impl Read, size: u64) -> Result<Arrays, Error> {
-    let damaged = |what: String| Error::new("", what, "the file is damaged or incomplete; write it again");
     let (mut arrays, mut entries, mut left) = (BTreeMap::new(), 0usize, size);
     // From the beginning to the end: for the entries that a directory announces `ZipArchive` reserves memory at once.
     loop {
@@ -305,7 +308,7 @@ fn archive(mut file: impl Read, size: u64) -> Result<Arrays, Error> {
         left = left.checked_sub(entry.size()).ok_or_else(larger)?;
         let mut bytes = Vec::with_capacity(usize::try_from(entry.size()).map_err(|e| unreadable(&e))?);
         entry.read_to_end(&mut bytes).map_err(|e| unreadable(&e))?;
-        let array = npy(&bytes).map_err(|e| damaged(format!("array \"{name}\": {e}")))?;
+        let array = npy(&bytes).map_err(|e| Error { what: format!("array \"{name}\": {}", e.what), ..e })?;
         arrays.insert(name, array);
     }
     // The last record of the directory tells how many entries there are: nothing is cut off, nothing left out.
@@ -322,10 +325,10 @@ fn archive(mut file: impl Read, size: u64) -> Result<Arrays, Error> {
 ///
 /// Format: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>. The header is read here and not
 /// by a reader of Python literals, whose recursion a hostile file can drive to the end of the stack.
-fn npy(bytes: &[u8]) -> Result<Array<'static>, String> {
-    let short = || "it ends within its header".to_string();
+fn npy(bytes: &[u8]) -> Result<Array<'static>, Error> {
+    let short = || damaged("it ends within its header".to_string());
     if !bytes.starts_with(b"\x93NUMPY") {
-        return Err("it is not in the npy format".to_string());
+        return Err(damaged("it is not in the npy format".to_string()));
     }
     let (length, rest) = match bytes.get(6..).ok_or_else(short)? {
         [1, _, a, b, rest @ ..] => (usize::from(u16::from_le_bytes([*a, *b])), rest),
@@ -333,38 +336,59 @@ fn npy(bytes: &[u8]) -> Result<Array<'static>, String> {
         _ => return Err(short()),
     };
     let (header, numbers) = rest.split_at_checked(length).ok_or_else(short)?;
-    let header = str::from_utf8(header).map_err(|_| "its header is not text".to_string())?;
+    let header = str::from_utf8(header).map_err(|_| damaged("its header is not text".to_string()))?;
     let value =
         |key: &str| -> Option<&str> { header.split_once(&format!("'{key}':")).map(|(_, rest)| rest.trim_start()) };
-    let no = |key: &str| format!("its header gives no {key}");
+    let no = |key: &str| damaged(format!("its header gives no {key}"));
     let kind = value("descr").and_then(|v| v.strip_prefix('\'')?.split('\'').next()).ok_or_else(|| no("descr"))?;
     let shape = value("shape").and_then(|v| v.strip_prefix('(')?.split_once(')')).ok_or_else(|| no("shape"))?.0;
     let shape: Vec<usize> = shape
         .split(',')
         .map(str::trim)
         .filter(|n| !n.is_empty())
-        .map(|n| n.parse().map_err(|_| format!("its shape ({shape}) is not a list of lengths")))
+        .map(|n| n.parse().map_err(|_| damaged(format!("its shape ({shape}) is not a list of lengths"))))
         .collect::<Result<_, _>>()?;
-    if value("fortran_order").is_none_or(|v| v.starts_with("True")) && shape.len() > 1 {
-        return Err("its first axis runs fastest; store it in C order".to_string());
-    }
+    let by_columns = value("fortran_order").ok_or_else(|| no("fortran_order"))?.starts_with("True");
     let width = match kind {
         "<f8" | "<i8" => 8,
-        "<u4" | "<i4" => 4,
+        "<f4" | "<u4" | "<i4" => 4,
         "|u1" => 1,
-        _ => return Err(format!("its numbers are of kind {kind}, not one of <f8 <i8 <i4 <u4 |u1")),
+        _ => {
+            let what = format!("its numbers are of kind {kind}, not one of <f8 <f4 <i8 <i4 <u4 |u1");
+            return Err(Error::new("", what, "store it as one of these, for instance by astype(float) of numpy"));
+        }
     };
     if shape.iter().try_fold(width, |n: usize, &k| n.checked_mul(k)) != Some(numbers.len()) {
-        return Err(format!("its shape ({shape:?}) does not fit its {} bytes", numbers.len()));
+        return Err(damaged(format!("its shape ({shape:?}) does not fit its {} bytes", numbers.len())));
     }
+    let numbers = if by_columns && shape.len() > 1 { by_rows(numbers, width, &shape) } else { numbers.into() };
     let data = match kind {
         "<f8" => Data::F64(numbers.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect()),
+        "<f4" => Data::F64(numbers.as_chunks().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect()),
         "<i8" => Data::I64(numbers.as_chunks().0.iter().map(|b| i64::from_le_bytes(*b)).collect()),
         "<i4" => Data::I64(numbers.as_chunks().0.iter().map(|b| i64::from(i32::from_le_bytes(*b))).collect()),
         "<u4" => Data::U32(numbers.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect()),
-        _ => Data::U8(numbers.to_vec()),
+        _ => Data::U8(numbers.into_owned()),
     };
     Ok(Array { shape, data })
+}
+
+/// Numbers of `width` bytes whose first axis runs fastest, with the last running fastest; their count is that of the shape.
+fn by_rows<'a>(numbers: &[u8], width: usize, shape: &[usize]) -> Cow<'a, [u8]> {
+    let mut index = vec![0; shape.len()];
+    let mut rows = Vec::with_capacity(numbers.len());
+    for _ in 0..numbers.len() / width {
+        let place = index.iter().zip(shape).rev().fold(0, |place, (i, length)| place * length + i);
+        rows.extend_from_slice(&numbers[width * place..][..width]);
+        for (i, length) in index.iter_mut().zip(shape).rev() {
+            *i += 1;
+            if *i < *length {
+                break;
+            }
+            *i = 0;
+        }
+    }
+    rows.into()
 }
 
 /// The array called `name`.

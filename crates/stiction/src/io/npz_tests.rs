@@ -117,6 +117,24 @@ fn a_header_that_lies_about_its_size_reserves_nothing() {
     assert!(super::npy(b"\x93NUM").is_err());
 }
 
+/// As numpy writes `[[1, 2, 3], [4, 5, 6]]` in Fortran order, and in single precision.
+#[test]
+fn columns_and_single_precision_are_read() {
+    let npy = |header: &str, numbers: &[u8]| {
+        [b"\x93NUMPY\x01\x00", &(header.len() as u16).to_le_bytes()[..], header.as_bytes(), numbers].concat()
+    };
+    let header = |kind: &str| format!("{{'descr': '{kind}', 'fortran_order': True, 'shape': (2, 3), }}");
+    let columns = [1.0f64, 4.0, 2.0, 5.0, 3.0, 6.0];
+    let double: Vec<u8> = columns.iter().flat_map(|x| x.to_le_bytes()).collect();
+    let single: Vec<u8> = columns.iter().flat_map(|x| (*x as f32).to_le_bytes()).collect();
+    for (kind, numbers) in [("<f8", double), ("<f4", single)] {
+        let array = super::npy(&npy(&header(kind), &numbers)).unwrap();
+        assert_eq!(array, Array { shape: vec![2, 3], data: Data::F64(vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0].into()) });
+    }
+    let error = super::npy(&npy(&header("<c8"), &[0; 48])).unwrap_err().to_string();
+    assert!(error.contains("of kind <c8") && error.contains("astype(float)"), "{error}");
+}
+
 #[test]
 fn arrays_that_contradict_themselves_are_not_written() {
     let path = scratch("refused.npz");
