@@ -30,8 +30,9 @@ pub struct Straining<'a> {
     pub region: &'a [u32],
 }
 
-/// With the part that counts as rounding of suppressed stress, 1e-7, a strain is none below 1e-11 of the displacements over the size of the
-/// cell: rigid motions leave 1e-16, and what an analysis of millimetres under micrometres of strain is about is 1e-6.
+/// The part of displacements over the size of their cell that counts as strain that is suppressed. Of the stress of that 1e-7 is rounding, so
+/// that a strain is none below 1e-11 of displacements over size. A rigid motion leaves 1e-16 of it, a strain of micrometres beside a motion of
+/// millimetres is 1e-3.
 const MOTION: f64 = 1e-4;
 
 /// Cells for each task of a thread at least.
@@ -381,8 +382,7 @@ impl<'a> Body<'a> {
         free
     }
 
-    /// The same of [`MOTION`] times the strain that the displacements of a cell of this size would be if its nodes moved apart by them:
-    /// rounding of a rigid motion is a part of it.
+    /// Squared energy norm, per volume, of the stress of a strain that is [`MOTION`] times the largest displacement of a cell over its size.
     fn moved(&self, at: &At, size: f64) -> f64 {
         let components = at.nodes.iter().flat_map(|&node| &self.straining.displacement[3 * node as usize..][..3]);
         let strain = MOTION * components.fold(0.0, |a: f64, u| a.max(u.abs())) / size;
