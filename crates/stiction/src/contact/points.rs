@@ -97,9 +97,7 @@ pub(super) fn points_on_obstacle(
             let what = format!("the obstacle has no normal at node {} at {x:?}", node + 1);
             return Err(Error::new("", what, "move the obstacle: no node may lie on its axis or centre"));
         }
-        // On curved obstacles gaps of rounding stay: thin belts take half as many iterations more where all nodes touch exactly.
-        let is_flat = matches!(obstacle, Obstacle::Plane { .. });
-        Ok(found.map(|(distance, away)| (if is_flat { resolved(distance, [x]) } else { distance }, away)))
+        Ok(found.map(|(distance, away)| (resolved(distance, [x]), away)))
     };
     'areas: for (patch, &(_, outward)) in areas_on_obstacle(mesh, faces).into_iter().zip(&outward) {
         let (unity_sum, TributaryArea { node, area, others }) = (patch.unity_sum(), patch);

@@ -20,7 +20,7 @@ pub struct Traffic {
     pub sums: u64,
 }
 
-/// Ranks whose messages are counted.
+/// Ranks whose messages are counted, also by what they stand for if that counts too.
 #[derive(Debug)]
 pub struct Counted {
     ranks: Arc<dyn Ranks>,
@@ -64,9 +64,11 @@ impl Ranks for Counted {
     fn count_halo(&self, bytes: usize) {
         self.add(3, 1);
         self.add(4, bytes);
+        self.ranks.count_halo(bytes);
     }
 
     fn count_sum(&self) {
         self.add(5, 1);
+        self.ranks.count_sum();
     }
 }

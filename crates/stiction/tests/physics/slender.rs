@@ -45,6 +45,9 @@ path = "{path}"
     ));
     assert_eq!(run.0.solution.status, Status::Solved, "{thickness} {element} {path}");
     assert!(!run.0.solution.states.contains(&PointState::Stick), "{thickness} {element} {path}");
+    // From zero forces they take 47 to over 200.
+    let steps = run.0.solution.counts.newton_steps;
+    assert!(steps <= 20, "{thickness} {element} {path}: {steps} Newton steps");
     (resultant(&run, 1) - pull) / pull
 }
 
@@ -53,9 +56,13 @@ path = "{path}"
 /// with the thickness.
 #[test]
 fn a_thin_belt_around_a_cylinder_holds_by_the_exponential_of_the_angle() {
-    for (thickness, element, path) in
-        [(1.0, "hex8", "dense"), (1.0, "hex8", "solves"), (0.5, "hex8", "solves"), (2.0, "hex20", "solves")]
-    {
+    for (thickness, element, path) in [
+        (1.0, "hex8", "dense"),
+        (1.0, "hex8", "solves"),
+        (0.5, "hex8", "solves"),
+        (2.0, "hex20", "solves"),
+        (1.0, "hex20", "solves"),
+    ] {
         let wanted = (0.3 * PI * 100.0 / (100.0 + 0.5 * thickness)).exp();
         let ratio = belt(thickness, element, path);
         let lacks = (wanted - ratio) / wanted;

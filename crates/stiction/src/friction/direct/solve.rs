@@ -88,7 +88,7 @@ const STRATEGY: [Stage; 5] = [
 ///
 /// Bodies that contact alone holds start from their equilibrium as rigid bodies on an elastic foundation; their rigid
 /// motions are unknowns of each Newton step, and the balance of their forces is part of the residual. Gradient steps take
-/// the body where it is; then it is moved to where its forces balance.
+/// the body where it is; then it is moved to where its forces balance. Slender bodies start from contact without friction.
 ///
 /// The answer is judged by its certificate: `Solved` is only reported if that passes, and a residual that was small
 /// enough but did not certify is reduced further.
@@ -263,6 +263,9 @@ impl<'a> Solver<'a> {
     fn run_strategy(&mut self, tolerance: f64, observer: &mut Watch<Progress>) -> End {
         if self.at.lambda.iter().all(|x| *x == [0.0; 3]) {
             self.rigid_start();
+            if let Some(end) = self.slender_start(observer) {
+                return end;
+            }
         }
         let laws = self.friction();
         let convex = laws.iter().all(|&law| frozen(law, 1.0) == law);
@@ -339,7 +342,7 @@ impl<'a> Solver<'a> {
     }
 
     /// Newton's method on `laws`.
-    fn newton<'b>(&'b self, laws: &'b [Friction], r: &'b [f64], tolerance: f64) -> Newton<'b> {
+    pub(super) fn newton<'b>(&'b self, laws: &'b [Friction], r: &'b [f64], tolerance: f64) -> Newton<'b> {
         let mut rules = RULES;
         if !self.dual().floating.is_empty() {
             rules.accuracy = Threshold::ACCURACY_FLOATING;
@@ -350,7 +353,7 @@ impl<'a> Solver<'a> {
     }
 
     /// A run of Newton steps by `method` for the `laws`, with `factor` times the usual parameter.
-    fn steps(
+    pub(super) fn steps(
         &mut self,
         method: Method,
         laws: &[Friction],

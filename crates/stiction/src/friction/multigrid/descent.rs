@@ -1,6 +1,6 @@
 use super::active_set::{ContactCondition, PointLaw, across};
 use super::directions::{Vector, dot};
-use super::iteration::{Iterate, Observe, State, Subproblem, judge, residual, states};
+use super::iteration::{Iterate, Observe, State, Subproblem, Survey, judged, residual};
 use super::points::Point;
 use crate::contact::Friction;
 use crate::friction::End;
@@ -44,10 +44,9 @@ pub(super) fn descend(
     let asked_at = state.cycles + CYCLES_UNASKED;
     loop {
         state.iterate.ku = k.times(&state.iterate.u);
-        let violated = judge(problem, &mut state.iterate);
-        let mut counts = states(&state.iterate.conditions);
-        halo.sum(&mut counts);
-        if halo.any(observe(state.cycles, violated, counts.map(|count| count as usize)).is_break()) {
+        state.iterate.conditions = judged(problem, &state.iterate);
+        let Survey { left, violated, states, stops, .. } = state.survey(problem);
+        if state.is_stopped(problem, stops, observe(state.cycles, violated, states)) {
             return End::Interrupted;
         }
         match violated {
@@ -71,9 +70,9 @@ pub(super) fn descend(
         state.iterate.ku = k.times(&state.iterate.u);
         let u = &state.iterate.u;
         state.iterate.conditions = problem.points().map(|(p, law)| smooth_part(law, p, u[p.node])).collect();
-        let [_, coarse] = state.coarse_levels_change(problem);
-        state.constrain(hierarchy, halo.any(coarse), true);
-        let mut v = hierarchy.cycle(&residual(problem, &state.iterate));
+        let [_, coarse] = state.coarse_levels(problem);
+        state.constrain(hierarchy, coarse, true);
+        let mut v = hierarchy.cycle_in_units(left.max(f64::MIN_POSITIVE), &residual(problem, &state.iterate));
         go_along(problem, &mut state.iterate, &mut v);
         state.cycles += 1;
     }

@@ -10,7 +10,7 @@ use super::shortened::shorten;
 use super::tightening::{Tightening, share};
 use super::transform::Transformed;
 use crate::friction::{End, PointState};
-use crate::linalg::multigrid::{Block, Hierarchy, NodeConstraint, RelativeMatrix};
+use crate::linalg::multigrid::{Block, CoarseLevels, Hierarchy, NodeConstraint, RelativeMatrix};
 
 /// A problem for the iteration, and how far it goes.
 #[derive(Clone, Copy)]
@@ -81,19 +81,19 @@ pub(super) struct State {
 }
 
 /// What the ranks find of an iterate together, in one message.
-struct Survey {
+pub(super) struct Survey {
     /// The violation of balance and law, newton.
-    left: f64,
+    pub left: f64,
     /// The same over the load.
-    violated: f64,
+    pub violated: f64,
     /// The same over the contact forces alone.
     of_contact: f64,
     /// Points in each state: open, stick, slip.
-    states: [usize; 3],
-    /// Whether the coarse levels change by the contact conditions, without Coulomb coupling and with it.
-    changes: [bool; 2],
+    pub states: [usize; 3],
+    /// What the contact conditions do to the coarse levels, without Coulomb coupling and with it.
+    coarse: [CoarseLevels; 2],
     /// Whether some rank was asked to stop.
-    stops: bool,
+    pub stops: bool,
 }
 
 /// Further thresholds of the iteration.
@@ -151,10 +151,9 @@ pub(super) fn run(
             tightening.balance(problem.transformed, &mut state.iterate);
         }
         let guessed = state.update_conditions(problem);
-        let Survey { left, violated, of_contact, states, changes, stops } = state.survey(problem);
+        let Survey { left, violated, of_contact, states, coarse, stops } = state.survey(problem);
         state.monitor.record(violated, of_contact);
-        state.stops |= observe(state.cycles, violated, states).is_break();
-        if stops || state.stops && problem.transformed.halo().is_alone() {
+        if state.is_stopped(problem, stops, observe(state.cycles, violated, states)) {
             return End::Interrupted;
         }
         let is_sharp = problem.tightening.is_none() || of_contact <= Threshold::SHARP;
@@ -191,11 +190,11 @@ pub(super) fn run(
         if !coupled {
             state.iterate.conditions.iter_mut().for_each(|s| s.constraint.coulomb = [0.0; 2]);
         }
-        let changes = match verdict {
-            Verdict::Progress => changes[usize::from(coupled)],
-            _ => problem.transformed.halo().any(state.coarse_levels_change(problem)[usize::from(coupled)]),
+        let coarse = match verdict {
+            Verdict::Progress => coarse,
+            _ => state.coarse_levels(problem),
         };
-        state.constrain(hierarchy, changes, of_contact <= Threshold::UNSETTLED);
+        state.constrain(hierarchy, coarse[usize::from(coupled)], of_contact <= Threshold::UNSETTLED);
         state.apply_targets(problem);
         for _ in 0..cycles {
             let r = residual(problem, &state.iterate);
@@ -336,21 +335,32 @@ impl State {
         self.monitor.reset(self.cycles);
     }
 
+    /// Whether the run is stopped, of which all ranks learn together: with the next survey where there are several.
+    pub(super) fn is_stopped(&mut self, problem: &Subproblem<'_>, elsewhere: bool, here: ControlFlow<()>) -> bool {
+        self.stops |= here.is_break();
+        elsewhere || self.stops && problem.transformed.halo().is_alone()
+    }
+
     /// What the ranks find of the iterate and its contact conditions.
-    fn survey(&self, problem: &Subproblem<'_>) -> Survey {
-        let [left, load, contact] = squares(problem, &self.iterate);
+    pub(super) fn survey(&self, problem: &Subproblem<'_>) -> Survey {
+        self.survey_with(problem, squares(problem, &self.iterate))
+    }
+
+    /// The same with these squares of the violation, of the load and of the contact forces on this rank.
+    pub(super) fn survey_with(&self, problem: &Subproblem<'_>, squares: [f64; 3]) -> Survey {
+        let [left, load, contact] = squares;
         let [open, stick, slip] = states(&self.iterate.conditions);
-        let [without, with] = self.coarse_levels_change(problem);
-        let [without, with, stops] = [without, with, self.stops].map(|so| f64::from(u8::from(so)));
-        let mut sums = [left, load, contact, open, stick, slip, without, with, stops];
+        let [without, with, couples] = self.coarse_levels_here(problem);
+        let stops = f64::from(u8::from(self.stops));
+        let mut sums = [left, load, contact, open, stick, slip, without, with, couples, stops];
         problem.transformed.halo().sum(&mut sums);
-        let [left, load, contact, open, stick, slip, without, with, stops] = sums;
+        let [left, load, contact, open, stick, slip, without, with, couples, stops] = sums;
         Survey {
             left: left.sqrt(),
             violated: over_load([left, load, contact]),
             of_contact: (left / contact.max(Threshold::FORCES * load)).sqrt(),
             states: [open, stick, slip].map(|count| count as usize),
-            changes: [without, with].map(|ranks| ranks > 0.0),
+            coarse: coarse_levels([without, with, couples]),
             stops: stops > 0.0,
         }
     }
@@ -360,7 +370,7 @@ impl State {
     /// behind: a function truncated at a component that is free again, or the spring of a point that has hardly slipped yet, a
     /// thousand times stiffer than a cycle later, makes the coarse levels too stiff there. A single one costs a hundred
     /// cycles on graded meshes.
-    pub(super) fn coarse_levels_change(&self, problem: &Subproblem<'_>) -> [bool; 2] {
+    fn coarse_levels_change(&self, problem: &Subproblem<'_>) -> [bool; 2] {
         let Some(coarse) = &self.coarse else { return [true; 2] };
         let new = || self.iterate.conditions.iter().map(|s| &s.constraint);
         let couples = |c: &NodeConstraint| c.coulomb != [0.0; 2];
@@ -372,15 +382,30 @@ impl State {
         [false, new().any(couples)].map(|coupled| differ || coupled != were_coupled)
     }
 
+    /// The numbers of ranks, of which this one counts, whose coarse levels change without Coulomb coupling and with it, and that couple.
+    fn coarse_levels_here(&self, problem: &Subproblem<'_>) -> [f64; 3] {
+        let [without, with] = self.coarse_levels_change(problem);
+        let couples = self.iterate.conditions.iter().any(|s| s.constraint.coulomb != [0.0; 2]);
+        [without, with, couples].map(|so| f64::from(u8::from(so)))
+    }
+
+    /// What the contact conditions of all ranks do to the coarse levels, without Coulomb coupling and with it.
+    pub(super) fn coarse_levels(&self, problem: &Subproblem<'_>) -> [CoarseLevels; 2] {
+        let mut ranks = self.coarse_levels_here(problem);
+        problem.transformed.halo().sum(&mut ranks);
+        coarse_levels(ranks)
+    }
+
     /// Constrains the hierarchy by the contact conditions, its coarse levels too where they change on some rank, and its sweeps of nodes
     /// alone where sets are `settled`. Rounding of the changes of other runs is not carried on.
-    pub(super) fn constrain(&mut self, hierarchy: &mut Hierarchy, coarse: bool, settled: bool) {
+    pub(super) fn constrain(&mut self, hierarchy: &mut Hierarchy, coarse: CoarseLevels, settled: bool) {
         let constraints: Vec<NodeConstraint> = self.iterate.conditions.iter().map(|s| s.constraint).collect();
-        if coarse && self.coarse.is_none() {
+        let changes = coarse != CoarseLevels::Stay;
+        if changes && self.coarse.is_none() {
             hierarchy.forget_coarse_constraints();
         }
         hierarchy.constrain(&constraints, coarse, settled);
-        if coarse {
+        if changes {
             self.coarse = Some(constraints);
         }
     }
@@ -408,6 +433,11 @@ impl State {
         let kp = self.directions.iter_mut().map(|d| &mut d.kp);
         transformed.add_columns_of_ghosts(changes, std::iter::once(ku).chain(kp));
     }
+}
+
+/// From the numbers of ranks whose coarse levels change without Coulomb coupling and with it, and that couple.
+fn coarse_levels([without, with, couples]: [f64; 3]) -> [CoarseLevels; 2] {
+    [CoarseLevels::of(without > 0.0, false), CoarseLevels::of(with > 0.0, couples > 0.0)]
 }
 
 /// Whether a spring changes by more than the stiffness of the spring and of the body at its point.
@@ -508,7 +538,7 @@ pub(super) fn load(transformed: &Transformed, ku: &Vector) -> f64 {
 }
 
 /// The squares of both at the nodes of this rank.
-fn load_squares(transformed: &Transformed, ku: &Vector) -> [f64; 2] {
+pub(super) fn load_squares(transformed: &Transformed, ku: &Vector) -> [f64; 2] {
     let at = |v: usize| (0..3).map(|c| (transformed.f[v][c] - ku[v][c]).powi(2)).sum::<f64>();
     [dot(&transformed.f, &transformed.f), transformed.points.iter().map(|p| at(p.node)).sum()]
 }

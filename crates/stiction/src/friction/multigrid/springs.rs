@@ -1,14 +1,14 @@
 //! Contact by springs, which finds active sets where the active-set iteration cycles.
 
 use super::active_set::{ContactCondition, PointLaw, across};
-use super::directions::{Direction, MOST_DIRECTIONS, dot, minimise, norm};
-use super::iteration::{Iterate, Observe, State, Subproblem, judge, load, residual, run, states};
+use super::directions::{Direction, MOST_DIRECTIONS, dot, minimise};
+use super::iteration::{Iterate, Observe, State, Subproblem, Survey, judge, load_squares, residual, run};
 use super::points::Point;
 use super::step_length::least_along;
 use super::transform::Transformed;
 use crate::contact::Friction;
 use crate::friction::{End, PointState};
-use crate::linalg::multigrid::{Hierarchy, NodeConstraint};
+use crate::linalg::multigrid::{CoarseLevels, Hierarchy, NodeConstraint};
 
 /// Thresholds of [`by_springs`].
 struct Threshold;
@@ -86,24 +86,21 @@ fn settle(
             problem.points().map(|(p, law)| spring_condition(law, p, at.u[p.node], stiffness(law))).collect();
         state.apply_targets(problem);
         let r = residual(problem, &state.iterate);
-        let left =
-            norm(problem.transformed.halo(), &r) / load(problem.transformed, &state.iterate.ku).max(f64::MIN_POSITIVE);
-        let halo = problem.transformed.halo();
-        let mut counts = states(&state.iterate.conditions);
-        halo.sum(&mut counts);
-        if halo.any(observe(state.cycles, left, counts.map(|count| count as usize)).is_break()) {
+        let [load, contact] = load_squares(problem.transformed, &state.iterate.ku);
+        let Survey { left, violated, states, stops, .. } = state.survey_with(problem, [dot(&r, &r), load, contact]);
+        if state.is_stopped(problem, stops, observe(state.cycles, violated, states)) {
             return Some(End::Interrupted);
         }
-        if left <= Threshold::SETTLED {
+        if violated <= Threshold::SETTLED {
             return None;
         }
-        if state.cycles >= problem.max_cycles || !left.is_finite() {
+        if state.cycles >= problem.max_cycles || !violated.is_finite() {
             return Some(End::Stalled);
         }
         let constraints: Vec<NodeConstraint> = state.iterate.conditions.iter().map(|c| c.constraint).collect();
         // Springs are soft beside the parameter of the law, by which `constrain` decides whether coarse levels change.
-        hierarchy.constrain(&constraints, true, true);
-        let p = hierarchy.cycle(&r);
+        hierarchy.constrain(&constraints, CoarseLevels::Change, true);
+        let p = hierarchy.cycle_in_units(left.max(f64::MIN_POSITIVE), &r);
         let kp = problem.transformed.k.times(&p);
         directions.insert(0, Direction { p, kp, shortening: Vec::new() });
         let Transformed { points, .. } = problem.transformed;

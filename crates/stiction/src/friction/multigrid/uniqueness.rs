@@ -10,7 +10,7 @@ use crate::friction::law::slope;
 use crate::friction::uniqueness::{CoulombFacts, Threshold, bound, growth, largest_coefficient};
 use crate::friction::{PointState, Solution};
 use crate::linalg::largest_eigenvalue;
-use crate::linalg::multigrid::{Hierarchy, NodeConstraint};
+use crate::linalg::multigrid::{CoarseLevels, Hierarchy, NodeConstraint};
 
 /// The same as [`coulomb_facts`](crate::friction::coulomb_facts) by multigrid cycles, which `products` counts; `multigrid`
 /// is that of `problem`, or of one with the same `K` and `B`. No bound is known where bodies float or touch each other.
@@ -63,7 +63,7 @@ impl Linear<'_> {
             if left <= Threshold::ACCURACY * load || left.is_nan() {
                 break;
             }
-            let p = self.hierarchy.cycle(&r);
+            let p = self.hierarchy.cycle_in_units(left.max(f64::MIN_POSITIVE), &r);
             let kp = transformed.k.times(&p);
             directions.insert(0, Direction { p, kp, shortening: Vec::new() });
             minimise(transformed.halo(), &mut directions, &r, &transformed.points, None, at);
@@ -75,7 +75,8 @@ impl Linear<'_> {
     /// Nothing moves, under these conditions.
     fn at_rest(&mut self, conditions: Vec<ContactCondition>) -> Iterate {
         let constraints: Vec<NodeConstraint> = conditions.iter().map(|c| c.constraint).collect();
-        self.hierarchy.constrain(&constraints, true, true);
+        let couples = self.transformed.halo().any(constraints.iter().any(|c| c.coulomb != [0.0; 2]));
+        self.hierarchy.constrain(&constraints, CoarseLevels::of(true, couples), true);
         let zero = vec![[0.0; 3]; self.transformed.f.len()];
         Iterate { u: zero.clone(), ku: zero, conditions, ..Iterate::default() }
     }

@@ -439,7 +439,7 @@ fn galerkin(
 #[cfg(test)]
 mod tests {
     use super::super::relative_coordinates::tests::{chains, dot, relative, two_bodies, vector};
-    use super::super::{Hierarchy, NodeConstraint};
+    use super::super::{CoarseLevels, Hierarchy, NodeConstraint};
     use crate::linalg::Stop;
 
     /// What is kept of the functions of nodes alone where some constraints change is what they are when all are made anew.
@@ -465,9 +465,9 @@ mod tests {
             let mut changing = multigrid();
             for step in 0..6 {
                 let constraints: Vec<NodeConstraint> = (0..count).map(|i| state(i, step)).collect();
-                changing.constrain(&constraints, true, true);
+                changing.constrain(&constraints, CoarseLevels::ChangeCoupled, true);
                 let mut anew = multigrid();
-                anew.constrain(&constraints, true, true);
+                anew.constrain(&constraints, CoarseLevels::ChangeCoupled, true);
                 let mut b = vector(a.rows, 0.618);
                 for (c, &v) in constraints.iter().zip(&coordinates.nodes) {
                     (0..3).filter(|&r| c.constrained[r]).for_each(|r| b[v as usize][r] = 0.0);
@@ -479,7 +479,7 @@ mod tests {
                 // What a run begins with does not depend on the runs before, to the bit.
                 let mut forgetful = changing.clone();
                 forgetful.forget_coarse_constraints();
-                forgetful.constrain(&constraints, true, true);
+                forgetful.constrain(&constraints, CoarseLevels::ChangeCoupled, true);
                 assert_eq!(forgetful.cycle(&b), expected, "{step}");
             }
         }

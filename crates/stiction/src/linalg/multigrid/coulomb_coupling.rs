@@ -43,10 +43,6 @@ impl Hierarchy {
     pub(super) fn couple_coarse_levels(&mut self, constraints: &[NodeConstraint]) {
         let Some(first) = self.coarse.first() else { return };
         let truncation = &self.truncation;
-        let coupled = constraints[..truncation.halo.own()].iter().any(|c| c.coulomb != [0.0; 2]);
-        if !truncation.halo.any(coupled) {
-            return;
-        }
         let reach = &truncation.touched[0];
         let fits: Vec<Fit> = reach.reach.iter().map(|&k| fit(truncation, constraints, k)).collect();
         let fits = reach.values(fits, Fit::default(), |sum, fit| {

@@ -40,7 +40,7 @@ pub(crate) use dense::inverse;
 pub(crate) use quadratic::{LinearSpace, NO_NODE};
 pub(crate) use relative_coordinates::RelativeCoordinates;
 pub(crate) use relative_matrix::{AllRows, RelativeMatrix};
-pub(crate) use truncation::{NodeConstraint, contact_ghosts};
+pub(crate) use truncation::{CoarseLevels, NodeConstraint, contact_ghosts};
 
 use super::Stop;
 use crate::Error;

@@ -345,7 +345,7 @@ pub(super) mod tests {
     use super::super::absolute_sweeps::AbsoluteSweeps;
     use super::super::relative_rows::RelativeRows;
     use super::super::tests::{assert_local_changes, coarsen, lattice};
-    use super::super::{Hierarchy, NodeConstraint};
+    use super::super::{CoarseLevels, Hierarchy, NodeConstraint};
     use super::*;
     use crate::linalg::Stop;
 
@@ -497,7 +497,7 @@ pub(super) mod tests {
             Hierarchy::new(&relative, kernel, &coordinates.nodes, coordinates.nodes.len(), None, &Stop::never())
                 .unwrap()
                 .unwrap();
-        multigrid.constrain(&constraints_of(&|_| [true; 3]), true, true);
+        multigrid.constrain(&constraints_of(&|_| [true; 3]), CoarseLevels::Change, true);
         let zero_constrained = |x: &mut Vec<[f64; 3]>| coordinates.nodes.iter().for_each(|&v| x[v as usize] = [0.0; 3]);
         // Steepest descent with the cycle contracts the error; constrained nodes do not move.
         let mut x = vector(a.rows, 0.618);
@@ -537,7 +537,7 @@ pub(super) mod tests {
                 Hierarchy::new(&relative, &kernel, &coordinates.nodes, coordinates.nodes.len(), None, &Stop::never())
                     .unwrap()
                     .unwrap();
-            multigrid.constrain(&vec![constraint; count], true, true);
+            multigrid.constrain(&vec![constraint; count], CoarseLevels::Change, true);
             let [mut p, mut q] = [0.618, 0.414].map(|seed| vector(a.rows, seed));
             zero_constrained(&mut p);
             zero_constrained(&mut q);

@@ -305,7 +305,7 @@ fn local_changes_of_the_linear_level_and_below_it_are_those_of_the_truncated_fun
     )
     .unwrap()
     .unwrap();
-    hierarchy.constrain(&constraints, true, true);
+    hierarchy.constrain(&constraints, CoarseLevels::ChangeCoupled, true);
     let truncated = |x: &mut Vec<[f64; 3]>| {
         for (&v, constraint) in nodes.iter().zip(&constraints) {
             (0..3).filter(|&c| constraint.constrained[c]).for_each(|c| x[v as usize][c] = 0.0);
@@ -359,7 +359,7 @@ impl SlippingFace {
             Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &nodes, nodes.len(), None, &Stop::never())
                 .unwrap()
                 .unwrap();
-        hierarchy.constrain(&constraints, true, true);
+        hierarchy.constrain(&constraints, CoarseLevels::ChangeCoupled, true);
         SlippingFace { a, nodes, constraints, hierarchy }
     }
 
@@ -436,9 +436,9 @@ fn constraints_that_follow_each_other_leave_the_coarse_levels_of_the_last_ones()
             _ => constraints[k],
         };
         let others: Vec<NodeConstraint> = (0..nodes.len()).map(other).collect();
-        followed.constrain(&others, true, true);
+        followed.constrain(&others, CoarseLevels::ChangeCoupled, true);
     }
-    followed.constrain(&constraints, true, true);
+    followed.constrain(&constraints, CoarseLevels::ChangeCoupled, true);
     for (found, expected) in followed.coarse.iter().zip(&renewed.coarse) {
         let values = |of: &[Single<6, 6>]| of.as_flattened().as_flattened().to_vec();
         let [a, b] = [found, expected].map(|level| values(&level.matrix.value));
@@ -491,7 +491,7 @@ fn the_coarse_problem_is_that_of_the_finest_level_in_a_smaller_space() {
     // Earlier constraints of the levels do not matter.
     hierarchy.constrain(
         &vec![NodeConstraint { constrained: [true; 3], ..Default::default() }; nodes.len()],
-        true,
+        CoarseLevels::Change,
         true,
     );
     let spring = [[3.0, 0.0, 0.0], [0.0, 2.0, -1.0], [0.0, -1.0, 0.5]];
@@ -522,7 +522,7 @@ fn the_coarse_problem_is_that_of_the_finest_level_in_a_smaller_space() {
         for (r, s) in r.iter().flatten().zip(coarse.restrict(&fine).iter().flatten()) {
             assert!((r - s).abs() < 1e-4 * size(&f_coarse), "{r} {s}");
         }
-        let z = coarse.cycle(&r);
+        let z = coarse.cycle_in_units(1.0, &r);
         x.iter_mut().flatten().zip(z.iter().flatten()).for_each(|(x, z)| *x += z);
     }
     // Cycles that knew of other springs would not converge to the solution with these.

@@ -254,10 +254,32 @@ fn column<'a, const C: usize>(
     own.iter().map(|&(i, place)| (i as usize, &of.value[place as usize]))
 }
 
+/// What constraints do to the coarse levels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum CoarseLevels {
+    Stay,
+    /// No rank has Coulomb coupling.
+    Change,
+    /// Some rank has.
+    ChangeCoupled,
+}
+
+impl CoarseLevels {
+    /// Whether they change, and if so whether with coupling, as some rank has found of its own.
+    pub(crate) fn of(changes: bool, coupled: bool) -> Self {
+        match (changes, coupled) {
+            (false, _) => CoarseLevels::Stay,
+            (true, false) => CoarseLevels::Change,
+            (true, true) => CoarseLevels::ChangeCoupled,
+        }
+    }
+}
+
 impl Hierarchy {
     /// Constrains the contact nodes, one constraint each in their order; further nodes are free. The finest level changes at once, the coarse levels
-    /// only if `coarse` is true. Nodes that others are measured from are swept `alone` as well, or these sweeps rest.
-    pub(crate) fn constrain(&mut self, constraints: &[NodeConstraint], coarse: bool, alone: bool) {
+    /// as `coarse` says, the same on all ranks. Nodes that others are measured from are swept `alone` as well, or these sweeps rest.
+    pub(crate) fn constrain(&mut self, constraints: &[NodeConstraint], coarse: CoarseLevels, alone: bool) {
+        let changes = coarse != CoarseLevels::Stay;
         let Truncation { nodes, diagonal, .. } = &self.truncation;
         for ((constraint, &v), block) in constraints.iter().zip(nodes).zip(diagonal) {
             let mut diagonal = *block;
@@ -272,15 +294,15 @@ impl Hierarchy {
         let some = constraints.iter().enumerate().filter(|(_, c)| c.constrained != [false; 3]);
         self.constrained.extend(some.map(|(place, c)| (place as u32, c.constrained)));
         if alone {
-            self.absolute.constrain(constraints, &nodes[..constraints.len()], &self.fine.matrix, coarse);
+            self.absolute.constrain(constraints, &nodes[..constraints.len()], &self.fine.matrix, changes);
         } else {
             self.absolute.forget();
         }
-        if coarse {
+        if changes {
             let mut constraints = constraints.to_vec();
             constraints.resize(nodes.len(), NodeConstraint::default());
             let constraints = self.truncation.halo.extended(&constraints).into_owned();
-            self.update_coarse(constraints);
+            self.update_coarse(constraints, coarse == CoarseLevels::ChangeCoupled);
         }
     }
 
@@ -300,7 +322,7 @@ impl Hierarchy {
     }
 
     /// Adds what changes since the constraints were the last ones; these are those of ghosts too.
-    fn update_coarse(&mut self, constraints: Vec<NodeConstraint>) {
+    fn update_coarse(&mut self, constraints: Vec<NodeConstraint>, coupled: bool) {
         let old = self.truncation.held.take().unwrap_or_else(|| {
             self.renew_coarse_levels();
             vec![NodeConstraint::default(); constraints.len()]
@@ -316,7 +338,9 @@ impl Hierarchy {
         let change = truncation.change(&truncation.support, &reach.reach, both, self.first_coarse());
         let change = reach.rows(change);
         self.change_coarse(0, change);
-        self.couple_coarse_levels(&constraints);
+        if coupled {
+            self.couple_coarse_levels(&constraints);
+        }
         self.truncation.held = Some(constraints);
     }
 
