@@ -72,8 +72,8 @@ pub(super) fn start(
         let mut r = f.clone();
         let taken = contact.iter().flatten().zip(ax.iter().flatten());
         r.iter_mut().flatten().zip(taken).for_each(|(r, (contact, ax))| *r -= contact + ax);
-        let [size, load, contact] = norms(coarse.halo(), [&r, &f, &contact]);
-        let left = size / load.max(contact).max(f64::MIN_POSITIVE);
+        let [left, load, contact] = norms(coarse.halo(), [&r, &f, &contact]);
+        let left = left / load.max(contact).max(f64::MIN_POSITIVE);
         if left <= Threshold::ROUGH {
             let mut start = coarse.prolong(&x);
             let rigid = rigid.iter().flat_map(|rigid| rigid.iter().flatten());
@@ -85,7 +85,7 @@ pub(super) fn start(
         }
         last = left;
         coarse.set_springs(&springs.iter().map(|p| p.stiffness).collect::<Vec<_>>());
-        let z = coarse.cycle_in_units(size.max(f64::MIN_POSITIVE), &r);
+        let z = coarse.cycle(&r);
         let d = coarse.to_nodes(&z);
         let step = if ties {
             1.0

@@ -45,7 +45,7 @@ pub(super) fn descend(
     loop {
         state.iterate.ku = k.times(&state.iterate.u);
         state.iterate.conditions = judged(problem, &state.iterate);
-        let Survey { left, violated, states, stops, .. } = state.survey(problem);
+        let Survey { violated, states, stops, .. } = state.survey(problem);
         if state.is_stopped(problem, stops, observe(state.cycles, violated, states)) {
             return End::Interrupted;
         }
@@ -72,7 +72,7 @@ pub(super) fn descend(
         state.iterate.conditions = problem.points().map(|(p, law)| smooth_part(law, p, u[p.node])).collect();
         let [_, coarse] = state.coarse_levels(problem);
         state.constrain(hierarchy, coarse, true);
-        let mut v = hierarchy.cycle_in_units(left.max(f64::MIN_POSITIVE), &residual(problem, &state.iterate));
+        let mut v = hierarchy.cycle(&residual(problem, &state.iterate));
         go_along(problem, &mut state.iterate, &mut v);
         state.cycles += 1;
     }

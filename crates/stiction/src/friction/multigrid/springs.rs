@@ -87,7 +87,7 @@ fn settle(
         state.apply_targets(problem);
         let r = residual(problem, &state.iterate);
         let [load, contact] = load_squares(problem.transformed, &state.iterate.ku);
-        let Survey { left, violated, states, stops, .. } = state.survey_with(problem, [dot(&r, &r), load, contact]);
+        let Survey { violated, states, stops, .. } = state.survey_with(problem, [dot(&r, &r), load, contact]);
         if state.is_stopped(problem, stops, observe(state.cycles, violated, states)) {
             return Some(End::Interrupted);
         }
@@ -100,7 +100,7 @@ fn settle(
         let constraints: Vec<NodeConstraint> = state.iterate.conditions.iter().map(|c| c.constraint).collect();
         // Springs are soft beside the parameter of the law, by which `constrain` decides whether coarse levels change.
         hierarchy.constrain(&constraints, CoarseLevels::Change, true);
-        let p = hierarchy.cycle_in_units(left.max(f64::MIN_POSITIVE), &r);
+        let p = hierarchy.cycle(&r);
         let kp = problem.transformed.k.times(&p);
         directions.insert(0, Direction { p, kp, shortening: Vec::new() });
         let Transformed { points, .. } = problem.transformed;

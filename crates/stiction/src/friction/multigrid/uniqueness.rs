@@ -63,7 +63,7 @@ impl Linear<'_> {
             if left <= Threshold::ACCURACY * load || left.is_nan() {
                 break;
             }
-            let p = self.hierarchy.cycle_in_units(left.max(f64::MIN_POSITIVE), &r);
+            let p = self.hierarchy.cycle(&r);
             let kp = transformed.k.times(&p);
             directions.insert(0, Direction { p, kp, shortening: Vec::new() });
             minimise(transformed.halo(), &mut directions, &r, &transformed.points, None, at);

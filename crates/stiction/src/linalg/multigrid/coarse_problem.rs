@@ -6,7 +6,7 @@ use super::Hierarchy;
 use super::between_ranks::{Entries, Reach, ghost_rows};
 use super::blocks::{Block, Blocks};
 use super::dense::{add_product, add_transpose_product};
-use super::packed::{Packed, add_to, double, in_units, scaled, unit};
+use super::packed::{Packed, add_to, double, scaled, unit};
 use super::smoother::Level;
 use super::truncation::Columns;
 use crate::ranks::Halo;
@@ -221,10 +221,12 @@ impl<'a> CoarseProblem<'a> {
         hierarchy.change_coarse(1, reach.rows(change));
     }
 
-    /// One cycle for `(A + springs) x = b` from zero, where all ranks know about how large the entries of `b` are.
-    pub(crate) fn cycle_in_units(&self, scale: f64, b: &[[f64; 6]]) -> Vec<[f64; 6]> {
-        let mut x = self.hierarchy.cycles_from(1, &in_units(scale, b));
-        x.truncate(self.halo().own());
+    /// One cycle for `(A + springs) x = b` from zero.
+    pub(crate) fn cycle(&self, b: &[[f64; 6]]) -> Vec<[f64; 6]> {
+        let halo = self.halo();
+        let (scale, b) = unit(halo, b);
+        let mut x = self.hierarchy.cycles_from(1, &b);
+        x.truncate(halo.own());
         scaled(scale, &x)
     }
 }

@@ -522,7 +522,7 @@ fn the_coarse_problem_is_that_of_the_finest_level_in_a_smaller_space() {
         for (r, s) in r.iter().flatten().zip(coarse.restrict(&fine).iter().flatten()) {
             assert!((r - s).abs() < 1e-4 * size(&f_coarse), "{r} {s}");
         }
-        let z = coarse.cycle_in_units(1.0, &r);
+        let z = coarse.cycle(&r);
         x.iter_mut().flatten().zip(z.iter().flatten()).for_each(|(x, z)| *x += z);
     }
     // Cycles that knew of other springs would not converge to the solution with these.
