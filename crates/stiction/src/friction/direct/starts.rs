@@ -16,7 +16,7 @@ impl Threshold {
     /// The residual without contact forces over the load above which bodies are so slender that their free shape does not say where they
     /// touch: belts have 100 to 1 400, the shipped cases 0.003 to 6.
     const SLENDER: f64 = 30.0;
-    /// Relative accuracy of a step: with 1e-6 some belts take three times as many steps, with 1e-4 they are not solved.
+    /// Relative accuracy of a step: with 1e-6 some belts take three times as many steps, with 1e-4 some are not solved.
     const ACCURACY: f64 = 1e-9;
     /// The residual over the contact forces at which friction comes in.
     const TARGET: f64 = 1e-3;
