@@ -265,7 +265,7 @@ pub(crate) enum CoarseLevels {
 }
 
 impl CoarseLevels {
-    /// Whether they change, and if so whether with coupling, as some rank has found of its own.
+    /// Whether they change on some rank, and whether some rank has Coulomb coupling; the same on all ranks.
     pub(crate) fn of(changes: bool, coupled: bool) -> Self {
         match (changes, coupled) {
             (false, _) => CoarseLevels::Stay,
