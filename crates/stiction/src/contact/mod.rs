@@ -58,6 +58,7 @@ pub use pose::pose;
 pub(crate) use pose::{bodies_of, centroid, pose_points};
 pub(crate) use posed::PosedPoints;
 pub use problem::{Bodies, Body, Contact, ContactProblem, Elastic, Labels, Pair, Supports};
+pub(crate) use rounding::is_led_into;
 pub use rows::{ContactRows, contact_rows};
 pub use slave_choice::{Reason, Role, choose_slave, reverse_where_constrained};
 pub(crate) use slave_choice::{face_size, may_change_sides};

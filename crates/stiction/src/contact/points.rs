@@ -8,7 +8,7 @@ use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::mortar::FACING;
 use super::pair::TOUCHING;
-use super::rounding::resolved;
+use super::rounding::{is_led_into, resolved};
 use super::tributary::{TributaryArea, areas_on_obstacle};
 use super::{ContactSurface, Friction, InterfaceStiffness, Obstacle, Side, SurfaceFacts, SurfaceFriction, Triangles};
 use crate::Error;
@@ -154,7 +154,10 @@ pub(super) fn points_on_obstacle(
             let clamped = constrained.iter().all(Option::is_some);
             *(if clamped { &mut facts.clamped } else { &mut facts.held_along_normal }) += 1;
             facts.dropped_area += unity_sum * area;
-            refuse_imposed_overlap(gap, distance, node, x, surface)?;
+            let size = norm(constrained.map(|p| p.unwrap_or(0.0)));
+            if is_led_into(distance, imposed, size) {
+                refuse_imposed_overlap(gap, node, x, surface)?;
+            }
             continue;
         };
         refuse_dragging(&constrained, imposed, along, node, x, &surface.friction, &[])?;
@@ -263,15 +266,8 @@ pub(super) fn prescribed(dofs: &DofMap, node: u32) -> [Option<f64>; 3] {
     [0, 1, 2].map(value)
 }
 
-fn refuse_imposed_overlap(
-    gap: f64,
-    distance: f64,
-    node: u32,
-    x: [f64; 3],
-    surface: &ContactSurface,
-) -> Result<(), Error> {
-    // A node meshed slightly inside and constrained there is an overlap of the mesh, not one that was imposed.
-    if surface.friction == SurfaceFriction::Bonded || gap >= 0.0 || gap >= distance {
+fn refuse_imposed_overlap(gap: f64, node: u32, x: [f64; 3], surface: &ContactSurface) -> Result<(), Error> {
+    if surface.friction == SurfaceFriction::Bonded {
         return Ok(());
     }
     let what = format!("the prescribed displacement pushes node {} at {x:?} {:.3e} into the obstacle", node + 1, -gap);

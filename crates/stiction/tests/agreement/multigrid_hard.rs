@@ -243,7 +243,7 @@ fn plate(element: &str, layers: usize, gap: f64, [load, friction]: [f64; 2]) -> 
 #[test]
 fn plates_that_bend_onto_a_plane_take_few_cycles() {
     for (element, layers, gap, most) in
-        [("tet4", 1, 0.1, 75), ("tet4", 2, 0.1, 70), ("hex8", 1, 0.3, 75), ("hex8", 2, 0.3, 60)]
+        [("tet4", 1, 0.1, 58), ("tet4", 2, 0.1, 46), ("hex8", 1, 0.3, 62), ("hex8", 2, 0.3, 35)]
     {
         assert_same_forces(&plate(element, layers, gap, [0.02, 0.3]), most);
     }
@@ -253,15 +253,26 @@ fn plates_that_bend_onto_a_plane_take_few_cycles() {
 /// took 200 to 600 cycles or were not solved.
 #[test]
 fn plates_that_are_pressed_onto_a_rough_plane_take_hardly_more() {
-    for (element, layers, gap, law) in [
-        ("tet4", 1, 0.02, [0.02, 0.3]),
-        ("tet4", 2, 0.02, [0.02, 0.3]),
-        ("tet4", 2, 0.02, [0.1, 0.3]),
-        ("tet4", 2, 0.1, [0.02, 0.8]),
-        ("hex8", 2, 0.02, [0.5, 0.3]),
-        ("hex8", 2, 0.1, [0.1, 0.3]),
+    for (element, layers, gap, law, most) in [
+        ("tet4", 1, 0.02, [0.02, 0.3], 62),
+        ("tet4", 2, 0.02, [0.02, 0.3], 73),
+        ("tet4", 2, 0.02, [0.1, 0.3], 47),
+        ("tet4", 2, 0.1, [0.02, 0.8], 47),
+        ("hex8", 2, 0.02, [0.5, 0.3], 48),
+        ("hex8", 2, 0.1, [0.1, 0.3], 41),
     ] {
-        assert_same_forces(&plate(element, layers, gap, law), 75);
+        assert_same_forces(&plate(element, layers, gap, law), most);
+    }
+}
+
+/// Of four layers of flat cells each line through the plate is one aggregate: in two of them the coarse level has more entries than the
+/// finest one, for which 65 and 82 cycles are left.
+#[test]
+fn plates_of_four_layers_take_as_few_cycles_as_those_of_two() {
+    for gap in [0.02, 0.3] {
+        let found = on_path(&plate("hex8", 4, gap, [0.02, 0.3]), "multigrid").unwrap();
+        assert_eq!(found.status, Status::Solved);
+        assert!(found.counts.cycles <= 50, "{:?}", found.counts);
     }
 }
 

@@ -23,6 +23,8 @@ pub(super) struct Subproblem<'a> {
     pub max_cycles: usize,
     /// Resets of cycling active sets before the run counts as failed.
     pub max_resets: usize,
+    /// Violation of balance and law over the load above which the run counts as failed.
+    pub max_violation: f64,
     /// Floating bodies, which are balanced as rigid ones before each cycle as long as the residual is large.
     pub floating: Option<&'a FloatingBodies<'a>>,
     /// Bolts whose force is given, for [`run`].
@@ -171,7 +173,10 @@ pub(super) fn run(
         if state.cycles >= problem.max_cycles {
             return End::Limit;
         }
-        let verdict = state.monitor.assess(&state.iterate, state.cycles);
+        let verdict = match state.monitor.assess(&state.iterate, state.cycles) {
+            Verdict::Progress if violated > problem.max_violation => Verdict::Failed,
+            verdict => verdict,
+        };
         let cycles = match verdict {
             Verdict::Progress => 1,
             Verdict::Cycling if state.monitor.resets < problem.max_resets => {

@@ -201,6 +201,7 @@ pub fn solve_multigrid(
             tolerance: target,
             max_cycles: (stage.budget)(state.cycles, &traits),
             max_resets: (stage.max_resets)(&traits),
+            max_violation: (stage.max_violation)(&traits),
             floating: floating.as_ref(),
             tightening: None,
         };
@@ -294,6 +295,7 @@ fn none_is_nearer(transformed: &Transformed, laws: &[PointLaw], given: &Iterate)
         tolerance: 0.0,
         max_cycles: 0,
         max_resets: 0,
+        max_violation: f64::INFINITY,
         floating: None,
         tightening: None,
     };

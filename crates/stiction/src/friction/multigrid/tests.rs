@@ -123,8 +123,8 @@ fn disorder(problem: &ContactProblem) -> Vec<f64> {
 }
 
 fn subproblem<'a>(transformed: &'a Transformed, laws: &'a [PointLaw], cycles: usize) -> Subproblem<'a> {
-    let (max_cycles, max_resets, floating, tightening) = (cycles, 0, None, None);
-    Subproblem { transformed, laws, tolerance: 1e-10, max_cycles, max_resets, floating, tightening }
+    let (max_cycles, max_resets, max_violation, floating, tightening) = (cycles, 0, f64::INFINITY, None, None);
+    Subproblem { transformed, laws, tolerance: 1e-10, max_cycles, max_resets, max_violation, floating, tightening }
 }
 
 /// The direct path is the second road.

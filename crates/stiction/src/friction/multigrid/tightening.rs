@@ -222,6 +222,7 @@ pub(crate) fn tighten_by_multigrid(
         tolerance: ACCURACY * settings.tolerance,
         max_cycles: (first.budget)(0, &traits),
         max_resets: 0,
+        max_violation: f64::INFINITY,
         floating: None,
         tightening: Some(&tightening),
     };

@@ -53,8 +53,16 @@ impl Linear<'_> {
     /// Improves `at` until it balances the friction forces of its conditions.
     fn solve(&mut self, at: &mut Iterate) {
         let Linear { transformed, laws, .. } = *self;
-        let (tolerance, max_cycles, max_resets, floating, tightening) = (Threshold::ACCURACY, 0, 0, None, None);
-        let problem = Subproblem { transformed, laws, tolerance, max_cycles, max_resets, floating, tightening };
+        let problem = Subproblem {
+            transformed,
+            laws,
+            tolerance: Threshold::ACCURACY,
+            max_cycles: 0,
+            max_resets: 0,
+            max_violation: f64::INFINITY,
+            floating: None,
+            tightening: None,
+        };
         let load = at.conditions.iter().flat_map(|c| c.friction).map(|x| x * x).sum::<f64>().sqrt();
         let mut directions: Vec<Direction> = Vec::new();
         for _ in 0..Threshold::INNER_LIMIT {

@@ -119,6 +119,7 @@ impl Threshold {
     /// flat along one side coarsen along lines only, and a constant cycle index would cost more on every coarser level. On blocks
     /// whose cells are stretched a thousand times, a quarter of the finest matrix takes 10 % more cycles at the same cost, and
     /// twice the finest matrix 15 % fewer at a higher one.
+    /// Where the first coarse level is the larger one, as that of four layers of flat cells, it is the measure.
     const VISIT_WORK: f64 = 1.0;
     /// Fewest entries of the finest matrix that this bound takes the busiest of several ranks to have: some 0.3 ms, for which messages
     /// are waited for anyway. 300 random cases on four ranks take 5,127, 4,850, 4,448 and 7,131 cycles with 0, 0.1, 0.3 and 1 million.
@@ -419,7 +420,8 @@ fn agglomerated<const R: usize>(step: Coarser<R>) -> Coarser<R> {
 /// The cycle index of each of the `levels` aggregated levels: [`Threshold::CYCLE_INDEX`] where all visits of the level stay
 /// within [`Threshold::VISIT_WORK`]; `sizes` is [`Hierarchy::busiest_sizes`]: the other ranks wait for the busiest one.
 fn affordable_cycle_index(sizes: &[(usize, usize)], levels: usize) -> Vec<usize> {
-    let budget = Threshold::VISIT_WORK * sizes[0].1 as f64;
+    let largest = sizes[..sizes.len() - 1].iter().map(|(_, entries)| *entries).max().unwrap_or(0);
+    let budget = Threshold::VISIT_WORK * largest as f64;
     let mut visits = 1;
     let coarse = sizes.windows(2).enumerate().skip(sizes.len() - 1 - levels).map(|(level, pair)| {
         let coarsest = if level + 2 == sizes.len() { pair[1].1 } else { 0 };

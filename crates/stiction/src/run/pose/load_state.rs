@@ -13,7 +13,7 @@ use super::travel::{travel, travel_rounding, without};
 use super::{Prepared, coefficients, place};
 use crate::Error;
 use crate::contact::escape::Escape;
-use crate::contact::{ContactProblem, ContactSurface, Counterpart, Friction, SurfaceFriction};
+use crate::contact::{ContactProblem, ContactSurface, Counterpart, Friction, SurfaceFriction, is_led_into};
 use crate::fem::{
     DofMap, Field, Fix, InitialStrain, Load, Solid, Voigt, dof_map, external_forces, full_displacement, initial_strain,
 };
@@ -366,8 +366,8 @@ pub(crate) fn refuse_overlap(
             continue;
         }
         let apart = (0..3).map(|c| away[c] * (value[c].unwrap_or(0.0) - d[c])).sum::<f64>();
-        let rounding = ROUNDING * norm(value.map(|v| v.unwrap_or(0.0))).max(norm(d));
-        if distance + apart < 0.0 && apart < -rounding {
+        let size = norm(value.map(|v| v.unwrap_or(0.0))).max(norm(d));
+        if is_led_into(distance, -apart, size) {
             let depth = -distance - apart;
             let what =
                 format!("node {} at {x:?}, which is held, gets {depth:.3e} into the obstacle at t = {t}", node + 1);

@@ -165,7 +165,9 @@ fn suitable(mesh: &Mesh, kind: Kind) -> String {
         Kind::Nodes => "nodes",
     };
     if names.is_empty() {
-        return format!("no group of the mesh has {what}; use {{ box = [[...], [...]] }} or name groups in the mesher");
+        return format!(
+            "no group of the mesh has {what}: name groups in the mesher; `on` also takes {{ box = [[...], [...]] }}"
+        );
     }
     let more = names.len().saturating_sub(SHOWN);
     let more = if more == 0 { String::new() } else { format!(" and {more} more") };
