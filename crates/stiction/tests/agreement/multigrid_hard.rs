@@ -276,6 +276,25 @@ fn plates_of_four_layers_take_as_few_cycles_as_those_of_two() {
     }
 }
 
+/// Cells six times as long as wide: functions of the second aggregated level still lie in one layer of nodes, and where all of it sticks
+/// nothing is left of them. What single precision left there was inverted: no number, or 1000 cycles without gain.
+#[test]
+fn functions_of_coarse_levels_that_contact_takes_away_altogether_are_left_out() {
+    for (element, cells, components) in
+        [("hex8", [120, 120, 2], "xyz"), ("hex8", [120, 120, 2], "xy"), ("tet4", [119, 120, 2], "xy")]
+    {
+        let text = format!(
+            "[mesh]\nblock = {{ size = [1, 1, 0.1], cells = {cells:?}, element = \"{element}\" }}\n\
+             [materials.steel]\nyoung = 2e5\npoisson = 0.3\n[[fix]]\non = \"x-min\"\ncomponents = \"{components}\"\n\
+             [[load]]\non = \"z-max\"\npressure = 1\n[[contact]]\non = \"z-min\"\n\
+             against = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\nfriction = {{ coulomb = 0.3 }}\n"
+        );
+        let found = on_path(&text, "multigrid").unwrap();
+        assert_eq!(found.status, Status::Solved, "{text}");
+        assert!(found.counts.cycles <= 16, "{:?}\n{text}", found.counts);
+    }
+}
+
 /// Given friction does not know that a point that opens loses its cohesion: bounds that do not change any more leave the law
 /// violated, and no cycle follows.
 #[test]

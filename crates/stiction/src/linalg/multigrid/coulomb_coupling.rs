@@ -50,7 +50,7 @@ impl Hierarchy {
         });
         let lifts: Vec<Option<Block<6, 6>>> = fits.iter().map(lift).collect();
         let mut rows = first_rows(truncation, constraints, &lifts, &first.matrix, self.halos[0].len());
-        for (k, prolongation) in self.further.iter().enumerate() {
+        for (k, prolongation) in truncation.further.iter().enumerate() {
             let (here, next) = (&truncation.touched[k], &truncation.touched[k + 1]);
             rows = next.rows(coarser_change(&rows, &here.touched, prolongation, &next.reach));
             self.coulomb_coupling.rows.push(Packed::new(&rows));

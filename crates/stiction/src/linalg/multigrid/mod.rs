@@ -205,7 +205,7 @@ impl Hierarchy {
             let halo = halo.only(matrix.column.iter().copied());
             let (mut level, prolongation) = (Level::new(&matrix, halo), Packed::new(&step.prolongation));
             level.expect_changes(&truncation.touched[coarse.len()].touched);
-            truncation.add_level(&matrix, &prolongation, &step.halo);
+            truncation.add_level(&matrix, &step.prolongation, &step.halo);
             let columns = &prolongation.column[..prolongation.start[matrix.rows]];
             transfers.push(step.halo.only(columns.iter().copied()));
             coarse.push(level);

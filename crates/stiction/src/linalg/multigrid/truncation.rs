@@ -4,7 +4,7 @@ use super::coarsen::Coarser;
 use super::coarsest::CoarsestFactor;
 use super::coulomb_coupling::{CoulombCoupling, coupled_inverse};
 use super::dense::{add_product, add_transpose_product, inverse_of_truncated, inverse_on};
-use super::packed::{Packed, double, single};
+use super::packed::{double, single};
 use super::smoother::Level;
 use super::{Hierarchy, RelativeMatrix};
 use crate::ranks::{Halo, Wire};
@@ -58,6 +58,10 @@ pub(super) struct Truncation {
     pub touched: Vec<Reach>,
     /// The touched rows, by aggregated level.
     pub rows: Vec<TouchedRows<6>>,
+    /// From each further level to the one before it: the rows that changes meet, in the double precision of the coarse matrices. Of
+    /// functions that constraints take away altogether the rounding of single precision would be left, 1e-7 of their stiffness, and
+    /// steps along them would be ten million times too long.
+    pub further: Vec<Blocks<6, 6>>,
     /// The coarsest matrix without constraints, and with those that it has.
     coarsest: Blocks<6, 6>,
     constrained_coarsest: Blocks<6, 6>,
@@ -197,6 +201,7 @@ impl Truncation {
             support,
             touched,
             rows: Vec::new(),
+            further: Vec::new(),
             coarsest: Blocks::default(),
             constrained_coarsest: Blocks::default(),
             held: None,
@@ -205,11 +210,19 @@ impl Truncation {
 
     /// Adds a coarse level: its matrix without constraints, and the nodes of the next level, divided by `coarser`, that its
     /// changes reach.
-    pub(super) fn add_level(&mut self, matrix: &Blocks<6, 6>, prolongation: &Packed<6, 6>, coarser: &Halo) {
+    pub(super) fn add_level(&mut self, matrix: &Blocks<6, 6>, prolongation: &Blocks<6, 6>, coarser: &Halo) {
         let here = &self.touched[self.touched.len() - 1].touched;
         let mut next: Vec<u32> = here.iter().flat_map(|&i| prolongation.row(i as usize).0).copied().collect();
         next.sort_unstable();
         next.dedup();
+        let mut is_met = vec![false; prolongation.rows];
+        here.iter().flat_map(|&i| matrix.row(i as usize).0).for_each(|&j| is_met[j as usize] = true);
+        let met = |i: usize| prolongation.entries_of(i).take(if is_met[i] { usize::MAX } else { 0 });
+        let named = |i: usize, name: &mut dyn FnMut(u32)| met(i).for_each(|(k, _)| name(k));
+        let further = Blocks::from_rows(prolongation.rows, prolongation.cols, named, |i, row| {
+            met(i).for_each(|(k, block)| *row.at(k) = *block);
+        });
+        self.further.push(further);
         self.rows.push(TouchedRows::of(matrix, here));
         self.touched.push(Reach::new(coarser, next));
     }
@@ -366,7 +379,7 @@ impl Hierarchy {
             let (here, next) = (&truncation.touched[k], &truncation.touched[k + 1]);
             change_rows(level, &here.touched, &mut truncation.rows[k], &change);
             level.damp();
-            change = next.rows(coarser_change(&change, &here.touched, &self.further[k], &next.reach));
+            change = next.rows(coarser_change(&change, &here.touched, &truncation.further[k], &next.reach));
         }
         let coarsest = &mut truncation.constrained_coarsest;
         for (t, &i) in truncation.touched[self.coarse.len()].touched.iter().enumerate() {
@@ -519,7 +532,7 @@ impl Truncation {
 }
 
 /// `Pᵀ D P` for a change `D` with the rows `rows`: a row for each of the coarser nodes `touched`.
-pub(super) fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 6>, touched: &[u32]) -> Blocks<6, 6> {
+pub(super) fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Blocks<6, 6>, touched: &[u32]) -> Blocks<6, 6> {
     let cols = touched.iter().chain(&p.column).map(|&j| j as usize + 1).max().unwrap_or(0);
     let reached = |t: usize, name: &mut dyn FnMut(u32)| {
         change.row(t).0.iter().for_each(|&j| p.row(j as usize).0.iter().for_each(|&k| name(k)));
@@ -532,14 +545,14 @@ pub(super) fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 
         |t, row| {
             for (j, d) in change.entries_of(t) {
                 for (k, value) in p.entries_of(j as usize) {
-                    add_product(d, &double(value), row.at(k));
+                    add_product(d, value, row.at(k));
                 }
             }
         },
     );
     let mut by_column: Vec<Vec<(u32, Block<6, 6>)>> = vec![Vec::new(); cols];
     for (t, &i) in rows.iter().enumerate().filter(|(t, _)| !change.row(*t).0.is_empty()) {
-        p.entries_of(i as usize).for_each(|(k, value)| by_column[k as usize].push((t as u32, double(value))));
+        p.entries_of(i as usize).for_each(|(k, value)| by_column[k as usize].push((t as u32, *value)));
     }
     let reached = |k: usize, name: &mut dyn FnMut(u32)| {
         let above = by_column[touched[k] as usize].iter();
