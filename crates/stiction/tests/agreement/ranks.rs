@@ -192,7 +192,7 @@ fn meshes_with_few_nodes_for_each_rank_are_the_same_on_ranks() {
 /// On four ranks the active sets of this mesh go round, and so does what follows.
 #[test]
 fn what_ranks_together_do_not_solve_rank_0_solves_alone_and_all_judge_it() {
-    let case = case::parse(&random_case::text(738), "case.toml", &[]).unwrap();
+    let case = case::parse(&random_case::text(803), "case.toml", &[]).unwrap();
     let (u, summary) = on_ranks(&case, 4);
     assert!(summary.found_by_first && summary.status == Status::Solved && summary.certificate.passed, "{summary}");
     assert!(summary.to_string().contains("by rank 0 alone"), "{summary}");

@@ -357,7 +357,7 @@ fn steps_of_another_case_are_refused_and_damaged_ones_solved_again() {
 /// from them.
 #[test]
 fn load_steps_that_rank_0_solves_alone_are_kept() {
-    let text = random_case::text(738) + "[[step]]\nuntil = 1\nincrements = 3\n";
+    let text = random_case::text(803) + "[[step]]\nuntil = 1\nincrements = 3\n";
     let (case, folder) = (case::parse(&text, "case.toml", &[]).unwrap(), folder("alone"));
     let found = solved(&case, 4, &folder, false);
     assert!(found.found_by_first && found.status == Status::Solved, "{found}");

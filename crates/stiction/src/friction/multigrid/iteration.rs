@@ -23,7 +23,7 @@ pub(super) struct Subproblem<'a> {
     pub max_cycles: usize,
     /// Resets of cycling active sets before the run counts as failed.
     pub max_resets: usize,
-    /// Violation of balance and law over the load above which the run counts as failed.
+    /// Violation of balance and law over the load above which the run counts as failed, if it began with less.
     pub max_violation: f64,
     /// Floating bodies, which are balanced as rigid ones before each cycle as long as the residual is large.
     pub floating: Option<&'a FloatingBodies<'a>>,
@@ -174,7 +174,7 @@ pub(super) fn run(
             return End::Limit;
         }
         let verdict = match state.monitor.assess(&state.iterate, state.cycles) {
-            Verdict::Progress if violated > problem.max_violation => Verdict::Failed,
+            Verdict::Progress if violated > problem.max_violation && state.monitor.has_grown() => Verdict::Failed,
             verdict => verdict,
         };
         let cycles = match verdict {

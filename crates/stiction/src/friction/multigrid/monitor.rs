@@ -72,6 +72,11 @@ impl Monitor {
         self.of_contact.last().is_some_and(|&last| last > Threshold::FAR)
     }
 
+    /// Whether the last residual is larger than that at the beginning.
+    pub(super) fn has_grown(&self) -> bool {
+        self.residuals.last() > self.residuals.first()
+    }
+
     /// Whether slip reversals are those of single points.
     pub(super) fn is_chattering(&self) -> bool {
         self.residuals.last().is_some_and(|&last| last <= Threshold::CHATTERING)
@@ -171,9 +176,12 @@ mod tests {
     #[test]
     fn the_best_iterate_is_the_one_with_the_least_residual() {
         let mut monitor = Monitor::default();
-        assert!(!monitor.is_far() && !monitor.is_chattering());
+        assert!(!monitor.is_far() && !monitor.is_chattering() && !monitor.has_grown());
         let found = verdicts(&mut monitor, [0.5, 0.15, 0.02, 0.3]);
         assert!(found.iter().all(|v| *v == Verdict::Progress) && monitor.is_far() && monitor.is_chattering());
+        assert!(!monitor.has_grown());
+        verdicts(&mut monitor, [0.6]);
+        assert!(monitor.has_grown());
         assert_eq!(monitor.take_best().unwrap().u, [[0.02; 3]]);
         assert_eq!(verdicts(&mut monitor, [f64::NAN]), [Verdict::Failed]);
     }

@@ -27,7 +27,7 @@ pub(super) struct Stage {
     pub budget: fn(usize, &Traits) -> usize,
     /// Resets of cycling active sets.
     pub max_resets: fn(&Traits) -> usize,
-    /// Violation of balance and law, over the load, above which it has failed.
+    /// Violation of balance and law, over the load, above which it has failed, if it began with less.
     pub max_violation: fn(&Traits) -> f64,
 }
 
