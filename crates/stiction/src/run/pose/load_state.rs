@@ -366,8 +366,10 @@ pub(crate) fn refuse_overlap(
             continue;
         }
         let apart = (0..3).map(|c| away[c] * (value[c].unwrap_or(0.0) - d[c])).sum::<f64>();
-        let size = norm(value.map(|v| v.unwrap_or(0.0))).max(norm(d));
-        if is_led_into(distance, -apart, size) {
+        let rounding = ROUNDING * norm(value.map(|v| v.unwrap_or(0.0))).max(norm(d));
+        // A travel that both have in common says nothing of what is small beside the other's motion.
+        let relative = [0, 1, 2].map(|c| value[c].map_or(0.0, |v| v - d[c]));
+        if apart < -rounding && is_led_into(distance, -apart, norm(relative)) {
             let depth = -distance - apart;
             let what =
                 format!("node {} at {x:?}, which is held, gets {depth:.3e} into the obstacle at t = {t}", node + 1);
