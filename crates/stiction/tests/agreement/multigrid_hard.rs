@@ -266,7 +266,7 @@ fn plates_that_are_pressed_onto_a_rough_plane_take_hardly_more() {
 }
 
 /// Of four layers of flat cells each line through the plate is one aggregate: in two of them the coarse level has more entries than the
-/// finest one, for which 65 and 82 cycles are left.
+/// finest one, and these plates take 82 and 65 cycles.
 #[test]
 fn plates_of_four_layers_take_as_few_cycles_as_those_of_two() {
     for gap in [0.02, 0.3] {

@@ -32,7 +32,7 @@ pub(super) struct Stage {
 }
 
 /// Violation over the load above which the sets of a body that is held are those of one that bends: a plate of 1:50 has 150 to 200 after
-/// the first cycle, of which the iteration recovers, but not from the hundreds of points that it has closed.
+/// the first cycle. Its residual falls again, but the hundreds of points that were closed make the sets swing.
 const BENDS: f64 = 30.0;
 
 /// Cycles of the fixed point on the slip bounds where the factor can follow; nine in ten of the random cases that it solves
