@@ -1,9 +1,12 @@
 //! Compiles the shim with the flags that the compiler of MPI names.
 
+#[cfg(feature = "mpi")]
 use std::env;
+#[cfg(feature = "mpi")]
 use std::process::Command;
 
 /// What `mpicc` (or the command in `MPICC`) would pass on: Open MPI answers `--showme`, MPICH `-show`.
+#[cfg(feature = "mpi")]
 fn flags(of: &str) -> Option<Vec<String>> {
     let compiler = env::var("MPICC").unwrap_or_else(|_| "mpicc".into());
     let ask = |option: &str| Command::new(&compiler).arg(option).output().ok().filter(|output| output.status.success());
@@ -12,6 +15,12 @@ fn flags(of: &str) -> Option<Vec<String>> {
 }
 
 fn main() {
+    #[cfg(feature = "mpi")]
+    shim();
+}
+
+#[cfg(feature = "mpi")]
+fn shim() {
     println!("cargo:rerun-if-changed=c/shim.c");
     println!("cargo:rerun-if-env-changed=MPICC");
     let (Some(compile), Some(link)) = (flags("compile"), flags("link")) else {

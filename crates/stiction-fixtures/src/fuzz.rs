@@ -227,7 +227,7 @@ fn npz_files() -> Vec<Vec<u8>> {
 }
 
 macro_rules! files {
-    ($($path:literal)*) => { vec![$(include_bytes!(concat!("../../stiction/tests/", $path)).to_vec()),*] };
+    ($($path:literal)*) => { vec![$(include_bytes!(concat!("../../../tests/", $path)).to_vec()),*] };
 }
 
 fn gmsh_files() -> Vec<Vec<u8>> {
@@ -295,7 +295,7 @@ fn obj_files() -> Vec<Vec<u8>> {
 }
 
 fn case_files() -> Vec<Vec<u8>> {
-    files!("../../../cases/brick/brick.toml" "../../../cases/slide/slide.toml" "../../../cases/rings/rings.toml")
+    files!("../cases/brick/brick.toml" "../cases/slide/slide.toml" "../cases/rings/rings.toml")
 }
 
 fn matrix_market_files() -> Vec<Vec<u8>> {

@@ -187,7 +187,7 @@ fn the_tables_have_the_sums_that_were_asked_for() {
 /// Two squares, plane strain and two thick, pressed by 10: nothing acts across the plane of the deck, whose layer lies beside it.
 #[test]
 fn of_a_plane_deck_the_tables_have_what_acts_in_its_plane() {
-    const SQUARES: &str = include_str!("../../../stiction/tests/data/decks/plane-strain.inp");
+    const SQUARES: &str = include_str!("../../../../tests/data/decks/plane-strain.inp");
     let prints = "*NODE PRINT, NSET=Nbottom, TOTALS=ONLY\nRF\n*CONTACT PRINT, SLAVE=Shigh, MASTER=Slow\nCF\n*END STEP";
     let folder = Folder::new("ccx-plane", CASE);
     job(&folder, "squares", &SQUARES.replace("*END STEP", prints), &["squares"]).ends(0, &[]);

@@ -2,9 +2,9 @@
 
 use crate::folder::{CASE, Folder};
 
-const STEPS: &str = include_str!("../../../stiction/tests/data/decks/steps.inp");
-const PRESS: &str = include_str!("../../../stiction/tests/data/decks/press.inp");
-const MATERIALS: &str = include_str!("../../../stiction/tests/data/decks/materials.inp");
+const STEPS: &str = include_str!("../../../../tests/data/decks/steps.inp");
+const PRESS: &str = include_str!("../../../../tests/data/decks/press.inp");
+const MATERIALS: &str = include_str!("../../../../tests/data/decks/materials.inp");
 
 #[test]
 fn a_deck_and_the_case_that_new_writes_of_it_have_the_same_answer_to_the_last_bit() {

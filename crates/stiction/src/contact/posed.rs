@@ -8,7 +8,7 @@ use super::rows::all_points;
 use super::{ContactSurface, Friction, InterfaceStiffness, Pair, SurfaceFacts};
 use crate::Error;
 use crate::fem::DofMap;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, ascending};
 use crate::ranks::{put, take};
 
 /// The contact points of some surfaces: one after the other, with the name of each surface and where its points are.
@@ -120,18 +120,28 @@ impl PosedPoints {
         }
     }
 
+    /// The points by their nodes, ascending, for [`Self::message`].
+    pub(crate) fn by_node(&self) -> Vec<[u32; 2]> {
+        ascending(self.nodes().zip(0..).map(|(node, j)| [node, j]))
+    }
+
     /// As a message: the points all of whose nodes are among `nodes`, which ascend, with the places there as their nodes.
-    pub(crate) fn message(&self, nodes: &[u64]) -> Vec<u8> {
+    pub(crate) fn message(&self, by_node: &[[u32; 2]], nodes: &[u64]) -> Vec<u8> {
         let place = |node: u32| nodes.binary_search(&u64::from(node)).ok().map(|k| k as u32);
         let here = |point: &Point| -> Option<(u32, Vec<(u32, f64)>)> {
             let others = point.others.iter().map(|&(node, weight)| Some((place(node)?, weight)));
             Some((place(point.node)?, others.collect::<Option<_>>()?))
         };
+        let at_node = |&node: &u64| {
+            let from = by_node.partition_point(|pair| u64::from(pair[0]) < node);
+            by_node[from..].iter().take_while(move |pair| u64::from(pair[0]) == node).map(|pair| pair[1] as usize)
+        };
+        let mut at_nodes = ascending(nodes.iter().flat_map(at_node)).into_iter().peekable();
         let (mut own, mut numbers): (Vec<u32>, Vec<Numbers>) = Default::default();
         let (mut counts, mut others, mut weights): (Vec<u32>, Vec<u32>, Vec<f64>) = Default::default();
         let (mut names, mut ends, mut whole) = (Vec::new(), Vec::new(), Vec::new());
         for pair in &self.pairs {
-            for j in pair.points.clone() {
+            while let Some(j) = at_nodes.next_if(|&j| j < pair.points.end) {
                 let point = &self.points[j];
                 let Some((node, of)) = here(point) else { continue };
                 whole.push(self.numbers[j]);

@@ -8,7 +8,7 @@ use crate::io::vtu_mesh::write_mesh;
 use crate::mesh::{Block, BlockElement, Mesh, block};
 
 fn shipped(name: &str) -> PathBuf {
-    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/tests")).join(name)
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests")).join(name)
 }
 
 const RANGES: [&str; 6] = [

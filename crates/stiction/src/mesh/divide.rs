@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::{CellArray, CellKind, Cells, Face, Group, Mesh, MeshArrays, NodeArray};
+use super::{CellArray, CellKind, Cells, Face, Group, Mesh, MeshArrays, NodeArray, ascending};
 use crate::ranks::{Wire, put, take};
 
 /// The mesh of one part: its nodes and all cells at them, and what [`pieces`] adds. Nodes and cells keep their order.
@@ -23,13 +23,15 @@ pub struct MeshPiece {
 /// Each of `links` is a node whose displacement is measured from those after it. A piece has, beside the cells at own nodes,
 /// those at nodes measured from own ones, and those at all from which a node of these cells is measured: with the displacements
 /// so measured the rows of a matrix at own nodes are complete.
+///
+/// All pieces together take the time of one pass over the mesh and their own sizes, however many they are.
 pub fn pieces<'a>(
     mesh: &'a Mesh,
     owner: &'a [u32],
     parts: usize,
     links: &[Vec<u32>],
 ) -> impl Iterator<Item = MeshPiece> + use<'a> {
-    let links = Links::new(mesh, links);
+    let mut links = Links::new(mesh, links, (owner, parts));
     let mut cells_of = vec![Vec::new(); parts];
     for (cell, (_, nodes)) in mesh.cell_iter().enumerate() {
         for (k, &v) in nodes.iter().enumerate() {
@@ -39,10 +41,11 @@ pub fn pieces<'a>(
             }
         }
     }
+    let named = Named::new(mesh);
     cells_of
         .into_iter()
         .enumerate()
-        .map(move |(part, cells)| piece(mesh, owner, links.around(part, mesh, owner, cells)))
+        .map(move |(part, cells)| piece(mesh, owner, &named, links.around(part, mesh, cells)))
 }
 
 /// Links between nodes, and the cells at these.
@@ -51,11 +54,13 @@ struct Links {
     from: HashMap<u32, Vec<u32>>,
     /// The nodes measured from one.
     measured: HashMap<u32, Vec<u32>>,
+    /// Of each part the nodes from which others are measured.
+    of_part: Vec<Vec<u32>>,
     cells: HashMap<u32, Vec<u32>>,
 }
 
 impl Links {
-    fn new(mesh: &Mesh, links: &[Vec<u32>]) -> Links {
+    fn new(mesh: &Mesh, links: &[Vec<u32>], (owner, parts): (&[u32], usize)) -> Links {
         let (mut from, mut measured): (HashMap<u32, Vec<u32>>, HashMap<u32, Vec<u32>>) = Default::default();
         for link in links {
             for &other in &link[1..] {
@@ -70,13 +75,14 @@ impl Links {
             let linked = nodes.iter().filter(|&&v| is_linked[v as usize]);
             linked.for_each(|v| cells.entry(*v).or_default().push(cell as u32));
         }
-        Links { from, measured, cells }
+        let mut of_part = vec![Vec::new(); parts];
+        measured.keys().for_each(|&v| of_part[owner[v as usize] as usize].push(v));
+        Links { from, measured, of_part, cells }
     }
 
-    /// The cells of a part, from those at its nodes.
-    fn around(&self, part: usize, mesh: &Mesh, owner: &[u32], mut cells: Vec<u32>) -> Vec<u32> {
-        let own = self.measured.keys().copied().filter(|&v| owner[v as usize] as usize == part);
-        let on_own = reached(own.collect(), &self.measured);
+    /// The cells of a part, from those at its nodes; asked once.
+    fn around(&mut self, part: usize, mesh: &Mesh, mut cells: Vec<u32>) -> Vec<u32> {
+        let on_own = reached(std::mem::take(&mut self.of_part[part]), &self.measured);
         let at = |nodes: &HashSet<u32>| -> Vec<u32> {
             nodes.iter().filter_map(|v| self.cells.get(v)).flatten().copied().collect()
         };
@@ -100,46 +106,87 @@ fn reached(mut begin: Vec<u32>, next: &HashMap<u32, Vec<u32>>) -> HashSet<u32> {
     found
 }
 
-fn piece(mesh: &Mesh, owner: &[u32], cells: Vec<u32>) -> MeshPiece {
-    let mut here = vec![false; mesh.nodes.len()];
-    cells.iter().flat_map(|&c| mesh.cell(c as usize).1).for_each(|&v| here[v as usize] = true);
-    let nodes: Vec<u32> = (0..mesh.nodes.len() as u32).filter(|&v| here[v as usize]).collect();
+/// Faces by their cells, and groups by what is in them.
+struct Named {
+    /// Cells with their faces, ascending.
+    faces: Vec<[u32; 2]>,
+    /// Cells, faces and nodes with the groups that they are in, ascending.
+    groups: [Vec<[u32; 2]>; 3],
+}
+
+/// The numbers that stand beside `key` in ascending pairs.
+fn beside(pairs: &[[u32; 2]], key: u32) -> impl Iterator<Item = u32> {
+    let from = pairs.partition_point(|pair| pair[0] < key);
+    pairs[from..].iter().take_while(move |pair| pair[0] == key).map(|pair| pair[1])
+}
+
+impl Named {
+    fn new(mesh: &Mesh) -> Named {
+        let faces = ascending(mesh.faces.iter().zip(0..).map(|(face, f)| [face.cell, f]));
+        let of: [fn(&Group) -> &[u32]; 3] = [|group| &group.cells, |group| &group.faces, |group| &group.nodes];
+        let groups = || mesh.groups.iter().zip(0..);
+        let groups = of.map(|of| ascending(groups().flat_map(|(group, k)| of(group).iter().map(move |&it| [it, k]))));
+        Named { faces, groups }
+    }
+
+    /// The faces of cells, ascending.
+    fn faces_of(&self, cells: &[u32]) -> Vec<u32> {
+        ascending(cells.iter().flat_map(|&cell| beside(&self.faces, cell)))
+    }
+
+    /// Of each of `count` groups what is `here`, ascending, by the places there; `kind` 0 is of cells, 1 of faces, 2 of nodes.
+    fn in_groups(&self, kind: usize, here: &[u32], count: usize) -> Vec<Vec<u32>> {
+        let mut found = vec![Vec::new(); count];
+        for (&it, k) in here.iter().zip(0..) {
+            beside(&self.groups[kind], it).for_each(|group| found[group as usize].push(k));
+        }
+        found
+    }
+}
+
+fn piece(mesh: &Mesh, owner: &[u32], named: &Named, cells: Vec<u32>) -> MeshPiece {
+    let nodes = ascending(cells.iter().flat_map(|&c| mesh.cell(c as usize).1).copied());
     let place = |list: &[u32], number: u32| list.binary_search(&number).ok().map(|k| k as u32);
-    let mut local = vec![u32::MAX; mesh.nodes.len()];
-    nodes.iter().zip(0..).for_each(|(&v, k)| local[v as usize] = k);
+    let local = |v: u32| place(&nodes, v).unwrap_or(u32::MAX);
     let (mut blocks, mut first) = (Vec::new(), 0u32);
     for block in &mesh.cells {
         let end = first + block.len() as u32;
         let own = &cells[cells.partition_point(|&c| c < first)..cells.partition_point(|&c| c < end)];
-        let of_block = own.iter().flat_map(|&c| block.cell((c - first) as usize)).map(|&v| local[v as usize]);
+        let of_block = own.iter().flat_map(|&c| block.cell((c - first) as usize)).map(|&v| local(v));
         let block = Cells { kind: block.kind, nodes: of_block.collect() };
         if !block.is_empty() {
             blocks.push(block);
         }
         first = end;
     }
-    let faces: Vec<u32> =
-        (0..mesh.faces.len() as u32).filter(|&f| place(&cells, mesh.faces[f as usize].cell).is_some()).collect();
-    let restricted = |list: &[u32], here: &[u32]| list.iter().filter_map(|&k| place(here, k)).collect();
-    let group = |group: &Group| Group {
+    let faces = named.faces_of(&cells);
+    let [mut cells_of, mut faces_of, mut nodes_of] =
+        [(0, &cells), (1, &faces), (2, &nodes)].map(|(kind, here)| named.in_groups(kind, here, mesh.groups.len()));
+    let group = |(k, group): (usize, &Group)| Group {
         name: group.name.clone(),
-        cells: restricted(&group.cells, &cells),
-        faces: restricted(&group.faces, &faces),
+        cells: std::mem::take(&mut cells_of[k]),
+        faces: std::mem::take(&mut faces_of[k]),
         interior_faces: Vec::new(),
-        nodes: restricted(&group.nodes, &nodes),
+        nodes: std::mem::take(&mut nodes_of[k]),
     };
     let at = |values: &[f64], here: &[u32]| here.iter().map(|&k| values[k as usize]).collect();
     let of_nodes = |array: &NodeArray| NodeArray { name: array.name.clone(), values: at(&array.values, &nodes) };
-    let of_cells = |array: &CellArray| CellArray {
-        name: array.name.clone(),
-        values: at(&array.values, &cells),
-        faces: array.faces.iter().filter_map(|&(face, value)| Some((place(&faces, face)?, value))).collect(),
+    let of_cells = |array: &CellArray| {
+        let of_face = |(f, k): (&u32, u32)| {
+            let place = array.faces.binary_search_by_key(f, |own| own.0).ok()?;
+            Some((k, array.faces[place].1))
+        };
+        CellArray {
+            name: array.name.clone(),
+            values: at(&array.values, &cells),
+            faces: faces.iter().zip(0..).filter_map(of_face).collect(),
+        }
     };
     let mut piece = Mesh {
         nodes: nodes.iter().map(|&v| mesh.nodes[v as usize]).collect(),
         cells: blocks,
         faces: Vec::new(),
-        groups: mesh.groups.iter().map(group).collect(),
+        groups: mesh.groups.iter().enumerate().map(group).collect(),
         arrays: MeshArrays {
             nodes: mesh.arrays.nodes.iter().map(of_nodes).collect(),
             cells: mesh.arrays.cells.iter().map(of_cells).collect(),
@@ -262,6 +309,13 @@ mod tests {
             let nodes: Vec<WeightedNode> = (mesh.nodes.iter().zip(0..))
                 .map(|(&place, number)| WeightedNode { place, number, weight: 1.0 })
                 .collect();
+            let some = Group {
+                name: "some".into(),
+                cells: (1..mesh.cell_count() as u32).step_by(5).collect(),
+                nodes: (2..mesh.nodes.len() as u32).step_by(7).collect(),
+                ..Group::default()
+            };
+            mesh.groups.push(some);
             // Some nodes of the last layer hang on some of the first.
             let last = mesh.nodes.len() as u32 - 1;
             let links: Vec<Vec<u32>> = (0..20).map(|k| vec![last - k, k, k + 1]).collect();
@@ -279,6 +333,21 @@ mod tests {
                     let as_numbers = |list: &[u64]| list.iter().map(|&k| k as f64).collect::<Vec<f64>>();
                     assert_eq!(here.arrays.nodes[0].values, as_numbers(nodes));
                     assert_eq!(here.arrays.cells[0].values, as_numbers(cells));
+                    for (group, whole) in here.groups.iter().zip(&mesh.groups) {
+                        let has = |list: &[u32], number: u64| list.iter().any(|&k| u64::from(k) == number);
+                        for (list, all, numbers) in
+                            [(&group.cells, &whole.cells, cells), (&group.nodes, &whole.nodes, nodes)]
+                        {
+                            let expected = (0u32..).zip(numbers).filter(|(_, number)| has(all, **number));
+                            assert_eq!(*list, expected.map(|(k, _)| k).collect::<Vec<u32>>(), "{}", whole.name);
+                        }
+                        let number = |face: &Face| (cells[face.cell as usize], face.local);
+                        let found = group.faces.iter().map(|&f| number(&here.faces[f as usize]));
+                        let expected = whole.faces.iter().map(|&f| &mesh.faces[f as usize]);
+                        let expected = expected.map(|face| (u64::from(face.cell), face.local));
+                        let expected = expected.filter(|(cell, _)| cells.binary_search(cell).is_ok());
+                        assert_eq!(found.collect::<Vec<_>>(), expected.collect::<Vec<_>>(), "{}", whole.name);
+                    }
                     let faces = &here.arrays.cells[0].faces;
                     assert!(!faces.is_empty());
                     for &(face, value) in faces {

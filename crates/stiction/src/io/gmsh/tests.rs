@@ -12,7 +12,7 @@ mod robustness;
 const SUFFIXES: [&str; 4] = ["22-ascii", "22-binary", "41-ascii", "41-binary"];
 
 fn path(name: &str) -> PathBuf {
-    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/meshes")).join(name)
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/meshes")).join(name)
 }
 
 /// One tetrahedron in MSH 2.2 with the given elements beside it.

@@ -3,7 +3,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::piece::Piece;
-use super::{Head, is_piece, of_node, problem_name, solution_name};
+use super::{Head, is_piece, of_node, other_solution_name, problem_name, solution_name};
 use crate::Error;
 use crate::contact::{Bodies, Body, Contact, ContactProblem, Elastic, Friction, Labels, Pair, Supports};
 use crate::io::folder;
@@ -406,7 +406,19 @@ impl WholeProblem {
     /// # Errors
     /// If a piece is missing, damaged, or of another run.
     pub fn solution(&self, folder: &Path) -> Result<(Vec<f64>, Vec<f64>), Error> {
-        let pieces = self.pieces(folder, solution_name)?;
+        self.joined_solution(folder, solution_name)
+    }
+
+    /// Those of solution `number`, from 2.
+    ///
+    /// # Errors
+    /// As [`Self::solution`].
+    pub(crate) fn other_solution(&self, folder: &Path, number: usize) -> Result<(Vec<f64>, Vec<f64>), Error> {
+        self.joined_solution(folder, |rank| other_solution_name(number, rank))
+    }
+
+    fn joined_solution(&self, folder: &Path, name: impl Fn(usize) -> String) -> Result<(Vec<f64>, Vec<f64>), Error> {
+        let pieces = self.pieces(folder, name)?;
         let list = |name: &str, places: &[Vec<u32>], lists: usize| -> Result<Vec<f64>, Error> {
             let of = |(piece, places): (&Piece, &Vec<u32>)| piece.f64s(name, lists * places.len());
             let values: Vec<Vec<f64>> = pieces.iter().zip(places).map(of).collect::<Result<_, _>>()?;

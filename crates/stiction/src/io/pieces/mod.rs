@@ -98,6 +98,11 @@ pub(crate) fn solution_name(rank: usize) -> String {
     format!("solution-{rank:04}.npz")
 }
 
+/// The file of solution `number`, from 2, of a rank.
+pub(crate) fn other_solution_name(number: usize, rank: usize) -> String {
+    format!("solution-{number:04}-{rank:04}.npz")
+}
+
 /// The file of load step `number`, from 1, of a rank.
 pub(crate) fn step_name(number: usize, rank: usize) -> String {
     format!("step-{number:04}-{rank:04}.npz")
@@ -109,7 +114,7 @@ pub(crate) fn is_piece(name: &str) -> bool {
     let digits = |text: &str| text.len() >= 4 && text.bytes().all(|b| b.is_ascii_digit());
     match stem.split('-').collect::<Vec<_>>()[..] {
         ["problem" | "solution", rank] => digits(rank),
-        ["step", number, rank] => digits(number) && digits(rank),
+        ["step" | "solution", number, rank] => digits(number) && digits(rank),
         _ => false,
     }
 }

@@ -131,7 +131,7 @@ impl Noise {
 #[test]
 fn cut_and_changed_grids_do_not_panic() {
     let mut files = vec![edited("4", "4").into_bytes()];
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data");
     for suffix in ["raw", "raw-zlib", "base64-zlib", "inline-zlib"] {
         files.push(std::fs::read(format!("{folder}/brick-vtk-{suffix}.vtu")).unwrap());
     }

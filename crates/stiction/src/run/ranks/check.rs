@@ -10,7 +10,7 @@ use crate::certificate::certify;
 use crate::io::folder;
 use crate::io::pieces::{is_piece, problem_name, read_pieces, solution_name};
 use crate::run::pose::memory::check_of_pieces_fits;
-use crate::run::results::check::{Checked, Stored, check as check_one, compare, unsolved, with_files};
+use crate::run::results::check::{Checked, Stored, check as check_one, compare, differs, unsolved, with_files};
 use crate::run::results::check_steps::{StoredStep, check_steps};
 use crate::run::results::overlap_text::{is_refused, sentence};
 use crate::run::results::step_file::STATE;
@@ -69,7 +69,12 @@ fn judge(folder: &Path) -> Result<Checked, Error> {
     let normal_force: f64 = lambda.iter().zip(&whole.problem.labels.unity_sum).map(|(l, share)| share * l).sum();
     let RankedSummary { certificate: said, bodies, contact, .. } = &summary;
     let stored = Stored { certificate: said, bodies, normal_force: contact.normal_force };
-    let differences = compare(&stored, &certificate, normal_force)?;
+    let mut differences = compare(&stored, &certificate, normal_force)?;
+    for (number, other) in (1..).zip(summary.solutions.iter().flat_map(|found| &found.distinct)).skip(1) {
+        let (u, lambda) = whole.other_solution(folder, number)?;
+        let worst = certify(&whole.problem, &u, &lambda, whole.tolerance).worst;
+        differences.extend(differs(&format!("solution {number}"), other.worst, worst, whole.tolerance));
+    }
     let stored: Vec<StoredStep> = summary.steps.iter().map(stored_step).collect();
     let (mut problem, tolerance) = (whole.problem.clone(), whole.tolerance);
     let read = |number: usize| whole.step(folder, number);

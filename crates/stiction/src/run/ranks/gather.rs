@@ -7,7 +7,7 @@ use super::local::Local;
 use super::solve::Everywhere;
 use crate::contact::{Contact, Friction};
 use crate::fem::full_displacement;
-use crate::friction::PointState;
+use crate::friction::{PointState, Solution};
 use crate::mesh::v3::V3;
 use crate::ranks::{Ranks, Wire, gather, put, take};
 use crate::run::pose::Prepared;
@@ -57,7 +57,12 @@ impl AtPoints {
 impl WholeAnswer {
     /// That of a problem that is posed on the whole mesh.
     pub(super) fn of_outcome(prepared: &Prepared, outcome: &Outcome) -> Self {
-        let (contact, solution) = (&prepared.problem.contact, &outcome.solution);
+        Self::of_solution(prepared, &outcome.solution)
+    }
+
+    /// Another one of the same problem.
+    pub(super) fn of_solution(prepared: &Prepared, solution: &Solution) -> Self {
+        let contact = &prepared.problem.contact;
         let all = full_displacement(&prepared.model, &solution.u);
         let point = |(j, name)| (name, point(contact, &solution.lambda, solution.states[j], j));
         WholeAnswer {

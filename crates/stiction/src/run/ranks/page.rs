@@ -91,6 +91,7 @@ impl From<RankedSummary> for Summary {
                 bodies: of.bodies,
                 displacement_max: of.displacement_max,
                 discretisation_error: of.discretisation_error,
+                solutions: of.solutions,
                 smallness: of.smallness,
                 seconds: of.seconds,
                 peak_memory_bytes: of.peak_memory_bytes,

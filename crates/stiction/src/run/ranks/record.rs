@@ -14,7 +14,7 @@ use crate::run::results::{ESTIMATED, FORMAT, Row, Rows, Versions, accuracy_rows,
 use crate::run::solve::quantities::Smallness;
 use crate::run::solve::{
     AccuracyRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, CouplingState, Named, OverlapRecord,
-    PairRecord, Totals,
+    PairRecord, SolutionsRecord, Totals,
 };
 
 /// What one rank has had and sent.
@@ -190,6 +190,9 @@ pub struct RankedSummary {
     /// that are refined.
     #[serde(default)]
     pub found_by_first: bool,
+    /// What several starts have found; number `k` from 2 on is in the pieces `solution-000k-*.npz`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solutions: Option<SolutionsRecord>,
     /// Estimated error of the stresses in the mean, relative (energy norm), of the last increment; none where loads
     /// carry a body away.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -257,6 +260,7 @@ impl RankedSummary {
             levels: Vec::new(),
             steps: Vec::new(),
             found_by_first: false,
+            solutions: None,
             discretisation_error: None,
             accuracy: None,
             seconds: times(seconds),

@@ -10,7 +10,7 @@ use crate::run::pose::bolts::Target;
 use crate::run::results::overlap_text::{Sentences, of_records};
 use crate::run::results::report::{
     bolt_rows, certificate_rows, contact_rows, couple_rows, coupling_rows, displacement_row, escape_rows, limit_row,
-    short_of, status, steps_solved, unheld_rows,
+    short_of, solutions, status, steps_solved, unheld_rows,
 };
 use crate::run::results::{Row, Rows, smallness_text};
 use crate::run::solve::quantities::Couple;
@@ -60,9 +60,17 @@ pub(super) fn rows(case: &Case, summary: &RankedSummary, known: Known) -> Vec<Ro
     couple_rows(&mut rows, known.couples);
     displacement_row(&mut rows, known.displacement);
     summary.smallness.iter().for_each(|of| rows.add("deformation", smallness_text::line(of)));
+    match &summary.solutions {
+        Some(found) => solutions(&mut rows, found),
+        None if case.solver.starts.is_some() => {
+            rows.add("solutions", "not looked for: rank 0, which does this alone, has found no answer".into());
+        }
+        None => {}
+    }
     let ranks = many(summary.ranks.len(), "rank");
     let restarts = many(known.restarts, "restart");
-    rows.add(WORK, format!("{} of multigrid, {restarts}, on {ranks}", many(cycles, "cycle")));
+    let work = if summary.found_by_first { many(cycles, "iteration") } else { many(cycles, "cycle") + " of multigrid" };
+    rows.add(WORK, format!("{work}, {restarts}, on {ranks}"));
     rows.0
 }
 

@@ -1,5 +1,7 @@
 //! What can be divided among ranks, said before anything is done.
 
+use super::small::MOST_UNKNOWNS;
+use super::timed::is_brittle;
 use crate::Error;
 use crate::friction::{Method, SolverPath};
 use crate::io::case::{Case, ContactSpec, During, Spot};
@@ -33,17 +35,45 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
             case.contacts.iter().filter(|contact| contact.stiffness.is_some()).map(|contact| &contact.spot);
         first(&mut yields, "[accuracy] with an interface that yields")?;
     }
-    let setting = |what: &str| Err(refused(&case.solver.spot, what));
+    match of_rank_0(case) {
+        Some(what) if case.accuracy.is_some() => Err(refused(&case.solver.spot, &format!("[accuracy] with {what}"))),
+        Some(what) if is_left_to_all(case) => {
+            let of = "an interface that yields or, with load steps, loses its strength";
+            Err(refused(&case.solver.spot, &format!("{of}, with {what},")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What a case asks for that rank 0 alone can do.
+pub(super) fn of_rank_0(case: &Case) -> Option<&'static str> {
     if case.solver.starts.is_some() {
-        return setting("the search for further solutions (solver.starts)");
+        Some("the search for further solutions (solver.starts)")
+    } else if case.solver.method.method != Method::Newton {
+        Some("another method than the default one (solver.method)")
+    } else if !matches!(case.solver.path, SolverPath::Auto | SolverPath::Multigrid) {
+        Some("another path than multigrid (solver.path)")
+    } else {
+        None
     }
-    if case.solver.method.method != Method::Newton {
-        return setting("another method than the default one (solver.method)");
+}
+
+/// Whether answers of rank 0 alone lack what the ranks need of them: how far interfaces have yielded, or what strength is left at the end
+/// of each increment.
+pub(super) fn is_left_to_all(case: &Case) -> bool {
+    case.contacts.iter().any(|contact| contact.stiffness.is_some()) || !case.steps.is_empty() && is_brittle(case)
+}
+
+/// Refuses what only rank 0 could do on a whole that is too large for it; `unknowns` are those of all ranks.
+pub(super) fn check_size(case: &Case, unknowns: usize) -> Result<(), Error> {
+    match of_rank_0(case).filter(|_| unknowns > MOST_UNKNOWNS) {
+        Some(what) => {
+            let what =
+                format!("{what} with {unknowns} unknowns (rank 0, which does this alone, takes {MOST_UNKNOWNS})");
+            Err(refused(&case.solver.spot, &what))
+        }
+        None => Ok(()),
     }
-    if !matches!(case.solver.path, SolverPath::Auto | SolverPath::Multigrid) {
-        return setting("another path than multigrid (solver.path)");
-    }
-    Ok(())
 }
 
 fn contact(contact: &ContactSpec) -> Result<(), Error> {

@@ -296,6 +296,7 @@ impl Divided {
         let center = centroid(mesh);
         let diagonal = Bounds::around(mesh.nodes.iter().copied()).diagonal();
         let links = [points.links(), ties.links(&|_| true)].concat();
+        let by_node = points.by_node();
         let message = move |(rank, mut piece): (usize, MeshPiece)| {
             let mut to = Vec::new();
             sizes.write(&mut to);
@@ -318,7 +319,7 @@ impl Divided {
             put_bolts(bolts, &piece, &mut to);
             let place = |node: u32| piece.nodes.binary_search(&u64::from(node)).ok().map(|k| k as u32);
             to.extend(ties.message(&place, &|node| owner[node as usize] as usize == rank));
-            to.extend(points.message(&piece.nodes));
+            to.extend(points.message(&by_node, &piece.nodes));
             if let Some([nodes, cells]) = numbers {
                 piece.nodes.iter_mut().for_each(|v| *v = nodes[*v as usize]);
                 piece.cells.iter_mut().for_each(|c| *c = cells[*c as usize]);

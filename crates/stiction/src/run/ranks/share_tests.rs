@@ -54,7 +54,8 @@ fn same_on(case: &Case, what: &str, sizes: &[usize]) {
                 (expected.center, expected.diagonal, expected.sizes)
             );
             let all: Vec<u64> = (0..nodes.len() as u64).collect();
-            assert_eq!(found.points.message(&all), expected.points.message(&all), "{at}");
+            let [a, b] = [&found.points, &expected.points].map(|points| points.message(&points.by_node(), &all));
+            assert_eq!(a, b, "{at}");
             assert_eq!(found.bodies, expected.bodies, "{at}");
             assert_eq!(found.body_of_node, expected.body_of_node, "{at}");
         }
@@ -219,7 +220,7 @@ fn shares_of_files_of_other_programs_are_those_of_the_whole() {
         "data/curved-wedge15-41.msh",
     ];
     for name in files {
-        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests")).join(name);
+        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests")).join(name);
         let (mesh, _) = crate::run::pose::read_mesh(&path, 1.0, &[]).unwrap();
         let [low, high] = mesh.bounding_box();
         let end = |z: f64| {
@@ -271,7 +272,7 @@ fn what_is_wrong_with_a_file_ends_all_ranks_with_the_words_of_the_whole() {
 /// What ranges do not say is read as a whole, by all ranks alike.
 #[test]
 fn text_and_arrays_are_read_as_a_whole() {
-    let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/meshes/bar-41-ascii.msh"));
+    let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/meshes/bar-41-ascii.msh"));
     let case = case_on(file, &format!("{STEEL}[[fix]]\non = {{ box = [[-9, -9, -9], [9, 9, 9]] }}\n"));
     assert!(threads(3, |ranks| of_parts(&case, &*ranks).unwrap().err().unwrap()).iter().all(Option::is_none));
 }

@@ -1,6 +1,6 @@
 //! What the ranks do not solve together rank 0 solves alone, as `stiction solve` does, where the whole is small enough for one of
 //! them: the factor, smaller meshes to start from and further starts are there. The ranks judge its answers, of all load steps, and
-//! keep them.
+//! keep them. What a case asks for that rank 0 alone can do, such as a search for further solutions, it does from the beginning.
 
 use std::ops::ControlFlow;
 
@@ -8,10 +8,11 @@ use super::gather::{AtPoints, WholeAnswer};
 use super::keep::Kept;
 use super::local::{Local, changes};
 use super::record::RankedStep;
+use super::scope::is_left_to_all;
 use super::solve::Everywhere;
 use super::steps::put_state;
 use super::tighten::Found;
-use super::timed::{is_brittle, note_where_it_stands};
+use super::timed::note_where_it_stands;
 use crate::Error;
 use crate::certificate::certify_divided;
 use crate::friction::{Counts, Multigrid, Progress, Solution, Status};
@@ -21,18 +22,31 @@ use crate::ranks::{broadcast, put, take};
 use crate::run::pose::axis::Position;
 use crate::run::pose::loads::end;
 use crate::run::pose::{Prepared, prepare};
-use crate::run::solve::{Event, Outcome, Settings, Step, solve, solve_steps};
+use crate::run::solve::{Event, Outcome, Settings, SolutionsRecord, Step, solve, solve_steps};
 use crate::solve::SolveEvent;
 
 /// Unknowns of the whole up to which one rank solves it: seconds, and some 100 MB.
 pub(super) const MOST_UNKNOWNS: usize = 20_000;
 
+/// What rank 0 has found, as every rank has judged it.
+pub(super) struct ByFirst {
+    pub last: Found,
+    pub steps: Vec<RankedStep>,
+    /// What further starts have found, if they were asked for, and of the solutions beside the last answer displacements and multipliers
+    /// here.
+    pub solutions: Option<SolutionsRecord>,
+    pub others: Vec<[Vec<f64>; 2]>,
+}
+
 /// What rank 0 has found: the answer of each increment, or the only one, and what is known of them.
 struct FoundAlone {
     answers: Vec<WholeAnswer>,
+    /// Solutions beside the last answer.
+    others: Vec<WholeAnswer>,
     /// Where the increment after each begins, as [`Position::write`] says it.
     at: Vec<u64>,
     steps: Vec<RankedStep>,
+    solutions: Option<SolutionsRecord>,
     iterations: u64,
 }
 
@@ -47,15 +61,13 @@ pub(super) fn by_first(
     multigrid: &mut Multigrid,
     mut kept: Option<&mut Kept>,
     observer: &mut Watch<Progress>,
-) -> Result<Option<(Found, Vec<RankedStep>)>, Error> {
-    // Its answers do not tell how far interfaces have yielded, nor what strength is left at the end of each increment.
-    let yields = case.contacts.iter().any(|contact| contact.stiffness.is_some());
-    if yields || kept.is_some() && is_brittle(case) {
+) -> Result<Option<ByFirst>, Error> {
+    if is_left_to_all(case) {
         return Ok(None);
     }
     let ranks = std::sync::Arc::clone(&local.division.ranks);
     let message = if ranks.rank() == 0 { answer(case, observer).unwrap_or_default() } else { Vec::new() };
-    let Some(found) = FoundAlone::take(&broadcast(&*ranks, message)) else { return Ok(None) };
+    let Some(mut found) = FoundAlone::take(&broadcast(&*ranks, message)) else { return Ok(None) };
     // All are judged before the first one is kept.
     if kept.is_some() && found.each(case, (local, multigrid), &mut |_, _, _| Ok(()))?.is_none() {
         return Ok(None);
@@ -70,8 +82,10 @@ pub(super) fn by_first(
         let Some(next) = Position::read(next, &case.steps) else { return Ok(()) };
         kept.add((local, case), (free, lambda, states), &found.steps[..=k], next)
     };
-    let last = found.each(case, (local, multigrid), &mut keep)?;
-    Ok(last.map(|last| (last, found.steps)))
+    let Some(last) = found.each(case, (local, multigrid), &mut keep)? else { return Ok(None) };
+    let Some(others) = found.others(case, (local, multigrid))? else { return Ok(None) };
+    let FoundAlone { steps, solutions, .. } = found;
+    Ok(Some(ByFirst { last, steps, solutions, others }))
 }
 
 /// What a run on one machine finds, as a message.
@@ -101,11 +115,14 @@ fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Vec<u8>> {
     if outcome.solution.status != Status::Solved || travels || prepared.loading.travel != [0.0; 3] {
         return None;
     }
+    let solutions = outcome.solutions.as_ref().map(|found| SolutionsRecord::of(&prepared, found));
+    let others = outcome.solutions.iter().flat_map(|found| found.distinct.iter().skip(1));
+    let others: Vec<WholeAnswer> = others.map(|other| WholeAnswer::of_solution(&prepared, other)).collect();
     let mut message = Vec::new();
-    put(&[iterations(&outcome) as u64, answers.len() as u64], &mut message);
+    put(&[iterations(&outcome), answers.len(), others.len()].map(|count| count as u64), &mut message);
     put(&at, &mut message);
-    answers.iter().for_each(|answer| message.extend(answer.to_bytes()));
-    message.extend(serde_json::to_vec(&steps(&outcome)).ok()?);
+    answers.iter().chain(&others).for_each(|answer| message.extend(answer.to_bytes()));
+    message.extend(serde_json::to_vec(&(steps(&outcome), solutions)).ok()?);
     Some(message)
 }
 
@@ -117,9 +134,34 @@ impl FoundAlone {
         }
         let numbers: Vec<u64> = take(&mut from);
         let at = take(&mut from);
-        let [iterations, count] = numbers[..] else { return None };
-        let answers = (0..count).map(|_| WholeAnswer::take(&mut from)).collect();
-        Some(FoundAlone { answers, at, steps: serde_json::from_slice(from).ok()?, iterations })
+        let [iterations, count, others] = numbers[..] else { return None };
+        let mut all = |count: u64| (0..count).map(|_| WholeAnswer::take(&mut from)).collect::<Vec<_>>();
+        let (answers, others) = (all(count), all(others));
+        let (steps, solutions) = serde_json::from_slice(from).ok()?;
+        Some(FoundAlone { answers, others, at, steps, solutions, iterations })
+    }
+
+    /// Displacements and multipliers here of the solutions beside the last answer, judged by all ranks, whose measure of each
+    /// becomes what is known of it. `None` where one does not pass.
+    ///
+    /// # Errors
+    /// As [`put_state`].
+    fn others(
+        &mut self,
+        case: &Case,
+        (local, multigrid): (&mut Local, &mut Multigrid),
+    ) -> Result<Option<Vec<[Vec<f64>; 2]>>, Error> {
+        let t = self.steps.last().map_or(end(case), |step| step.t);
+        let mut others = Vec::new();
+        for (k, answer) in (1..).zip(&self.others) {
+            let taken = taken(case, (local, multigrid), answer, t, self.iterations as usize)?;
+            let Some(found) = taken.filter(|found| found.solution.status == Status::Solved) else { return Ok(None) };
+            if let Some(record) = self.solutions.as_mut().and_then(|found| found.distinct.get_mut(k)) {
+                record.worst = found.solution.certificate.worst;
+            }
+            others.push([found.everywhere.free, found.everywhere.lambda]);
+        }
+        Ok(Some(others))
     }
 
     /// Each answer in its turn, judged by all ranks and given to `each` with its number; the last one. `None` where one does not pass.

@@ -60,6 +60,8 @@ pub struct RankedAnswer {
     pub(super) tractions: Vec<Traction>,
     /// Shortening of each bolt, length.
     pub(super) shortening: Vec<f64>,
+    /// Further solutions: displacements of all unknowns and multipliers of all points here.
+    pub(super) others: Vec<[Vec<f64>; 2]>,
     /// Estimated error of the stress of each cell here, see [`Estimate::by_cell`](crate::accuracy::Estimate::by_cell); empty where the
     /// loads carry a body away.
     pub(super) error: Vec<f64>,
@@ -199,6 +201,8 @@ impl Begun {
         room::piece_fits(&share.piece.mesh, &limit, &*ranks)?;
         let mut local = agree(&*ranks, local(case, share, &ranks))?;
         room::hierarchy_fits(&local, &limit, &*ranks)?;
+        let asked = scope::of_rank_0(case).is_some();
+        scope::check_size(case, unknowns(&local))?;
         let problem = told(case, &local, tell)?;
         seconds.assembly = lap();
         let (mut multigrid, own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
@@ -214,17 +218,26 @@ impl Begun {
         };
         let mut kept =
             keep.filter(|_| !case.steps.is_empty()).map(|keep| Kept::begin(keep, case, &local)).transpose()?;
+        let (mut solutions, mut others) = (None, Vec::new());
         let mut by_first = None;
         if let Some(Start::Answer(answer, iterations)) = &start {
-            by_first = small::taken(case, (&mut local, &mut multigrid), answer, end(case), *iterations)?;
+            let found = small::taken(case, (&mut local, &mut multigrid), answer, end(case), *iterations)?;
+            by_first = found.map(|found| (found, Vec::new()));
+        } else if asked {
+            let found = small::by_first(case, &mut local, &mut multigrid, kept.as_mut(), observer)?;
+            by_first = found.map(|found| {
+                (solutions, others) = (found.solutions, found.others);
+                (found.last, found.steps)
+            });
         }
         let mut alone = by_first.is_some();
         let looks = !alone && look.is_none();
         let mut statics = if looks { Statics::new(case, &local, &multigrid) } else { Statics::none() };
         let (mut found, mut steps, mut remarks) = match by_first {
-            Some(mut found) => {
-                let remarks = look_at(case, (&local, multigrid.motions()), &mut None, &mut found, end(case))?;
-                (found, Vec::new(), remarks)
+            Some((mut found, steps)) => {
+                let t = steps.last().map_or(end(case), |step| step.t);
+                let remarks = look_at(case, (&local, multigrid.motions()), &mut None, &mut found, t)?;
+                (found, steps, remarks)
             }
             None => {
                 let start = start.map(|start| start.displacements(&local)).or(nested);
@@ -235,11 +248,12 @@ impl Begun {
         let unsolved = matches!(found.solution.status, Status::Stalled | Status::MaxIterations);
         if unsolved
             && looks
+            && !asked
             && unknowns(&local) <= small::MOST_UNKNOWNS
-            && let Some((other, of_other)) = small::by_first(case, &mut local, &mut multigrid, kept.as_mut(), observer)?
+            && let Some(other) = small::by_first(case, &mut local, &mut multigrid, kept.as_mut(), observer)?
         {
             let before = found.solution.counts.cycles;
-            (found, steps, alone) = (other, of_other, true);
+            (found, steps, alone) = (other.last, other.steps, true);
             let t = steps.last().map_or(end(case), |step| step.t);
             remarks = look_at(case, (&local, multigrid.motions()), &mut None, &mut found, t)?;
             found.solution.counts.cycles += before;
@@ -260,7 +274,7 @@ impl Begun {
         let couplings = coupling_states(&local, here, t);
         let summary = summary.with_bolts(states(&local, &here.u, shortening)).with_couplings(couplings);
         let mut summary = summary.found_by_first(alone);
-        summary.problem = problem;
+        (summary.problem, summary.solutions) = (problem, solutions);
         summary.pairs = remarks.pairs(pairs);
         summary.escape_mode = escape.as_ref().map(|escape: &Escape| escape.motion.clone());
         let Remarks { overlaps, smallness, unheld, needed, .. } = remarks;
@@ -279,7 +293,8 @@ impl Begun {
         let Found { solution, everywhere: Everywhere { u, free, lambda, states }, shortening, .. } = found;
         let history = solution.history;
         let (tractions, error) = (tractions.points, Vec::new());
-        let answer = RankedAnswer { local, u, free, lambda, tractions, states, shortening, error, history, summary };
+        let answer =
+            RankedAnswer { local, u, free, lambda, tractions, states, shortening, others, error, history, summary };
         Ok(Solved { answer, seconds, energy, needed })
     }
 }

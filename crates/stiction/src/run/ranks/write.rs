@@ -13,7 +13,8 @@ use super::tractions::shear as shear_of;
 use crate::Error;
 use crate::fem::{Solid, Voigt, cell_stress, von_mises};
 use crate::io::pieces::{
-    Head, NamedPiece, is_piece, problem_name, solution_name, write_problem_piece, write_solution_piece,
+    Head, NamedPiece, is_piece, other_solution_name, problem_name, solution_name, write_problem_piece,
+    write_solution_piece,
 };
 use crate::io::pvtu::write_pieces;
 use crate::io::vtu::{self, Array, Grid, face_code};
@@ -135,12 +136,17 @@ fn judged(answer: &RankedAnswer, folder: &Path) -> Result<Vec<String>, Error> {
     let ranks = &*division.ranks;
     let named = named(&answer.local);
     let head = Head { run: run_number(answer, &named), rank: ranks.rank(), ranks: ranks.size() };
-    let names = [problem_name(head.rank), solution_name(head.rank)];
+    let mut names = vec![problem_name(head.rank), solution_name(head.rank)];
     let tolerance = answer.summary.certificate.tolerance;
     write_problem_piece(&folder.join(&names[0]), &head, &named, problem, tolerance)?;
     write_solution_piece(&folder.join(&names[1]), &head, &named, &answer.free, &answer.lambda)?;
+    for (number, [u, lambda]) in (2..).zip(&answer.others) {
+        let name = other_solution_name(number, head.rank);
+        write_solution_piece(&folder.join(&name), &head, &named, u, lambda)?;
+        names.push(name);
+    }
     folder::sync(folder, &names)?;
-    Ok(names.to_vec())
+    Ok(names)
 }
 
 /// A number that is the same at every rank, and another one where the answer or what it answers differs.

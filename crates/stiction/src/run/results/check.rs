@@ -105,10 +105,8 @@ fn judge(folder: &Path) -> Result<Checked, Error> {
     for (number, other) in (1..).zip(summary.answer.solutions.iter().flat_map(|found| &found.distinct)).skip(1) {
         let name = other_solution(number);
         let (u, lambda) = problem::read_solution(&folder.join(&name), &problem)?;
-        let new = certify(&problem, &u, &lambda, tolerance).worst;
-        if new > tolerance || (new - other.worst).abs() > SAME * tolerance {
-            differences.push((format!("worst measure of {name}"), other.worst, new));
-        }
+        let worst = certify(&problem, &u, &lambda, tolerance).worst;
+        differences.extend(differs(&name, other.worst, worst, tolerance));
     }
     let bound = check_bound(folder, summary.bound.as_ref(), &problem, &u, &mut differences)?;
     let stored: Vec<StoredStep> = summary.steps.iter().map(StoredStep::of).collect();
@@ -120,6 +118,12 @@ fn judge(folder: &Path) -> Result<Checked, Error> {
     let passes_through = refused.map(sentence).collect();
     let unsolved = unsolved(summary.answer.status);
     Ok(Checked { certificate, differences, files: Vec::new(), passes_through, unsolved, bound, steps })
+}
+
+/// Where the worst measure of a further solution is not the stored one, or does not pass: what differs, that and the new one.
+pub(crate) fn differs(name: &str, stored: f64, new: f64, tolerance: f64) -> Option<(String, f64, f64)> {
+    let same = new <= tolerance && (new - stored).abs() <= SAME * tolerance;
+    (!same).then(|| (format!("worst measure of {name}"), stored, new))
 }
 
 /// The word for a status that is none of an answer.

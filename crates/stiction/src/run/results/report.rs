@@ -22,7 +22,6 @@ use crate::run::solve::{
     BalanceRecord, BoltState, BoundRecord, CouplingState, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states,
     coupling_states, escape_of, pair_totals, totals, word,
 };
-use crate::solve::Solutions;
 
 /// The result of a run, a few lines for a person; `Display` prints it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -105,7 +104,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
         rows.add("uniqueness", format!("a solution; {why}"));
     }
     if let Some(found) = &outcome.solutions {
-        solutions(&mut rows, prepared, found);
+        solutions(&mut rows, &SolutionsRecord::of(prepared, found));
     }
     rows.add("work", work(outcome));
     Report { rows: rows.0, cost: cost(outcome) }
@@ -374,12 +373,12 @@ fn worst_part(c: &Certificate) -> Option<String> {
 }
 
 /// What several starts have found.
-fn solutions(rows: &mut Rows, prepared: &Prepared, found: &Solutions) {
-    let SolutionsRecord { starts, distinct, ended } = SolutionsRecord::of(prepared, found);
+pub(in crate::run) fn solutions(rows: &mut Rows, found: &SolutionsRecord) {
+    let SolutionsRecord { starts, distinct, ended } = found;
     let failed = starts.iter().filter(|start| start.solution.is_none()).count();
     let failures = if failed > 0 { format!(", {failed} of which failed") } else { String::new() };
     rows.add("solutions", format!("{} from {}{failures}", distinct.len(), many(starts.len(), "start")));
-    for (k, s) in (1..).zip(&distinct) {
+    for (k, s) in (1..).zip(distinct) {
         let from: Vec<&str> =
             starts.iter().filter(|start| start.solution == Some(k)).map(|start| start.start.as_str()).collect();
         rows.more(format!(
@@ -393,7 +392,7 @@ fn solutions(rows: &mut Rows, prepared: &Prepared, found: &Solutions) {
             from.join(", ")
         ));
     }
-    ended.into_iter().for_each(|why| rows.more(format!("not all starts were tried: {why}")));
+    ended.iter().for_each(|why| rows.more(format!("not all starts were tried: {why}")));
 }
 
 /// What is known of other solutions.

@@ -19,7 +19,7 @@ fn decks() -> Vec<Vec<u8>> {
         "*NSET,NSET=A,GENERATE\n10,40,10\n*ELSET,ELSET=B\nEall,9\n*SURFACE,NAME=S\nB,S2\n9,S4\n*INCLUDE,INPUT=x\n";
     let part = "*PART,NAME=P\n*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4,ELSET=E\n1,1,2,3,4\n*END PART\n*ASSEMBLY\n\
                 *INSTANCE,NAME=I,PART=P\n0,0,3\n0,0,0,1,0,0,90\n*END INSTANCE\n*NSET,NSET=N,INSTANCE=I\n1,2\n*END ASSEMBLY\n";
-    let curved = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/curved-hex20-gmsh.inp");
+    let curved = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/curved-hex20-gmsh.inp");
     vec![cubes(sets).into_bytes(), part.as_bytes().to_vec(), std::fs::read(curved).unwrap()]
 }
 

@@ -3,7 +3,7 @@
 use super::*;
 
 fn fields(suffix: &str) -> Vec<u8> {
-    let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data"));
+    let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data"));
     std::fs::read(folder.join(format!("fields-{suffix}.msh"))).unwrap()
 }
 

@@ -54,7 +54,7 @@ type Work = fn(&Case, &Path) -> Result<(), Error>;
 
 #[test]
 fn the_shipped_cases_end_with_an_answer_or_an_error_whatever_the_memory() {
-    let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases");
+    let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases");
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("out-of-memory");
     let mut cases = 0;
     for entry in std::fs::read_dir(&base).unwrap().flatten().filter(|entry| entry.path().is_dir()) {

@@ -15,7 +15,7 @@ use stiction_fixtures::case_run::{CORNER, block, solved, solved_case};
 
 /// The joint of `cases/pretension`, whose bolt and plate float, with some values changed.
 fn joint(set: &[(&str, &str)]) -> (Outcome, Prepared) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/pretension/pretension.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/pretension/pretension.toml");
     let set: Vec<(String, String)> = set.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
     let case = case::read(path, &set).unwrap_or_else(|e| panic!("{e}"));
     let mut prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
@@ -134,7 +134,7 @@ fn a_bolt_may_be_cut_anywhere_between_its_bearing_faces() {
         let carried = outcome.steps[0].answer.contact.normal_force / 3.0;
         assert!((carried / 3000.0 - 1.0).abs() < 1e-6, "cut at {z}: {carried}");
     }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/pretension/pretension.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/pretension/pretension.toml");
     for z in [-12.0, 12.0] {
         let case = case::read(&path, &[("bolt.0".into(), cut_at(z))]).unwrap();
         let error = prepare(&case).err().unwrap().to_string();
@@ -145,7 +145,7 @@ fn a_bolt_may_be_cut_anywhere_between_its_bearing_faces() {
 /// A bolt that would have to push is told before anything is solved, at whatever step it begins to.
 #[test]
 fn a_bolt_that_is_to_push_is_refused() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/pretension/pretension.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/pretension/pretension.toml");
     for (force, told) in [("-2e3", "push with 2.0000e3"), ("'2e4*min(t, 1) - 3e4*max(t - 1, 0)'", "push with")] {
         let bolt = format!("{{ on = 'bolt', axis = [0, 0, 1], name = 'm10', force = {force} }}");
         let case = case::read(&path, &[("bolt.0".into(), bolt)]).unwrap();

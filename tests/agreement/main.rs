@@ -20,6 +20,7 @@ mod ranks_couplings;
 mod ranks_decks;
 mod ranks_estimate;
 mod ranks_files;
+mod ranks_first;
 mod ranks_generated;
 mod ranks_interfaces;
 mod ranks_loads;

@@ -9,7 +9,7 @@ use stiction_fixtures::case_run::solved_case;
 
 /// The joint of `cases/pretension`, whose bolt and plate float, with some values changed.
 pub(super) fn joint(set: &[(&str, &str)]) -> Case {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/pretension/pretension.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/pretension/pretension.toml");
     let fixed = [("solver.tolerance", "1e-10"), ("solver.path", "'multigrid'")];
     let set: Vec<(String, String)> = fixed.iter().chain(set).map(|(k, v)| (k.to_string(), v.to_string())).collect();
     case::read(path, &set).unwrap_or_else(|e| panic!("{e}"))

@@ -11,7 +11,7 @@ use stiction::run::{case_of_deck, solve_on_ranks};
 use super::ranks::{are_as_on_one, each_with_its_own};
 
 fn path(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/decks").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/decks").join(name)
 }
 
 fn overrides() -> Vec<(String, String)> {

@@ -34,8 +34,14 @@ fn what_ranks_cannot_do_is_refused_by_name_at_its_place() {
         ),
         // Their nodes are those of the floor, too.
         (floor("[[equation]]\nterms = [{ on = \"z-min\", along = \"z\" }]\n"), "equation"),
-        (floor("[solver]\npath = \"dense\"\n"), "path than multigrid"),
-        (floor("[solver]\nmethod = \"msa1\"\n"), "method"),
+        (
+            floor("[solver]\npath = \"dense\"\n[accuracy]\nenergy = \"10%\"\n"),
+            "[accuracy] with another path than multigrid",
+        ),
+        (
+            floor("stiffness = { normal = 1e12 }\n[solver]\nstarts = 3\n"),
+            "with the search for further solutions (solver.starts), cannot",
+        ),
         (
             floor("stiffness = { normal = 1e12 }\n[accuracy]\nenergy = \"10%\"\n"),
             "[accuracy] with an interface that yields",

@@ -49,7 +49,7 @@ fn sources() -> Vec<(PathBuf, String)> {
             }
         }
     }
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/stiction/src");
     let mut found = Vec::new();
     walk(&root, &mut found);
     found.sort();

@@ -19,10 +19,10 @@ fn documents() -> Vec<(PathBuf, String)> {
             }
         }
     }
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap();
     let mut found = Vec::new();
     // Folders of results that a user writes into the clone are none of ours.
-    for folder in ["docs", "cases", "bench", "crates"] {
+    for folder in ["docs", "cases", "bench", "crates", "tests"] {
         walk(&root.join(folder), &mut found);
     }
     found.extend(["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md"].map(|name| root.join(name)));
@@ -89,7 +89,7 @@ fn spans(prose: &str) -> impl Iterator<Item = &str> {
 
 #[test]
 fn every_file_that_a_page_for_users_or_the_map_of_the_code_names_exists() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap();
     let mut seen = 0;
     for (path, text) in documents() {
         // A dated note keeps the names of its day.
@@ -99,7 +99,8 @@ fn every_file_that_a_page_for_users_or_the_map_of_the_code_names_exists() {
         let map = path.ends_with("ARCHITECTURE.md");
         let (prose, _) = blocks(&text, "");
         for span in spans(&prose) {
-            let from_root = ["docs/", "crates/", "bench/", "cases/"].iter().any(|folder| span.starts_with(folder));
+            let from_root =
+                ["docs/", "crates/", "bench/", "cases/", "tests/"].iter().any(|folder| span.starts_with(folder));
             let of_the_map = map && span.ends_with(".rs") && span.contains('/') && !span.contains("NAME");
             if span.contains(' ') || !(from_root || of_the_map) {
                 continue;

@@ -28,7 +28,7 @@ const BRICK: [&str; 11] = [
 const TETS: [&str; 3] = ["tets-gmsh.inp", "tets-meshio.inp", "tets-meshio-zlib.vtu"];
 
 fn path(name: &str) -> PathBuf {
-    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data")).join(name)
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/data")).join(name)
 }
 
 fn mesh(name: &str) -> Mesh {

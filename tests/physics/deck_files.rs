@@ -10,7 +10,7 @@ use stiction::linalg::Stop;
 use stiction::run::{Outcome, Plan, Prepared, Stage, pair_totals, solve_case};
 use stiction_fixtures::case_run::{at, is, solved_case};
 
-const READER: &str = include_str!("../../src/io/deck/reader.rs");
+const READER: &str = include_str!("../../crates/stiction/src/io/deck/reader.rs");
 
 /// A file, the normal force of each contact, and displacements: of the node at a place, along an axis.
 type Wanted = (&'static str, &'static [f64], &'static [([f64; 3], usize, f64)]);
@@ -57,7 +57,7 @@ const WANTED: &[Wanted] = &[
 ];
 
 fn folder() -> PathBuf {
-    [env!("CARGO_MANIFEST_DIR"), "tests", "data", "decks"].iter().collect()
+    [env!("CARGO_MANIFEST_DIR"), "data", "decks"].iter().collect()
 }
 
 fn solved(name: &str) -> (Outcome, Prepared) {
