@@ -9,7 +9,8 @@ use stiction::io::case::{self, MeshSource};
 use stiction::linalg::Stop;
 use stiction::mesh::{Group, MeshNotes, Order, block as make_block, refine, tetrahedra};
 use stiction::run::{
-    Outcome, Plan, Prepared, Settings, Stage, StepRecord, bolt_states, prepare, report, solve, solve_case, solve_steps,
+    Outcome, Plan, Prepared, Settings, Stage, StepRecord, bolt_states, pair_totals, prepare, report, solve, solve_case,
+    solve_steps,
 };
 use stiction_fixtures::case_run::{CORNER, block, solved, solved_case};
 
@@ -325,4 +326,52 @@ fn a_bolt_without_force_stays_where_it_is() {
     let sideways = second.map(|i| outcome.solution.u[3 * i].hypot(outcome.solution.u[3 * i + 1])).fold(0.0, f64::max);
     let largest = outcome.solution.u.iter().fold(0.0f64, |m, u| m.max(u.abs()));
     assert!(largest > 0.01 * mm && sideways < 1e-6 * largest, "{sideways:e} of {largest:e}");
+}
+
+/// A cover on a pad, drawn down by a bolt at each end: the tighter one tips it, which slackens the other, and the pad opens at its end.
+/// The body is symmetrical, so exchanged forces take exchanged shortenings, whatever the search did on its way; and the pad bears both.
+#[test]
+fn bolts_of_unequal_forces_are_found_whichever_is_the_tighter_one() {
+    for element in ["hex20", "tet10"] {
+        let bolts = |path: &str, [first, second]: [f64; 2]| {
+            let part = |name: &str, size: &str, cells: &str, by: &str| {
+                format!(
+                    "[mesh.parts.{name}]\nblock = {{ size = {size}, cells = {cells}, element = \"{element}\" }}\nmove = {by}\n"
+                )
+            };
+            let parts = [
+                part("base", "[80, 20, 10]", "[8, 2, 1]", "[0, 0, 0]"),
+                part("pad", "[40, 20, 20]", "[4, 2, 2]", "[20, 0, 10]"),
+                part("cover", "[80, 20, 8]", "[8, 2, 1]", "[0, 0, 30]"),
+                part("b1", "[8, 8, 20]", "[1, 1, 3]", "[4, 6, 10]"),
+                part("b2", "[8, 8, 20]", "[1, 1, 3]", "[68, 6, 10]"),
+            ];
+            let text = format!(
+                "{}[materials.steel]\nyoung = 210e3\npoisson = 0.3\n[[fix]]\non = \"base.z-min\"\n\
+                 [[contact]]\non = [\"b1.z-min\", \"b2.z-min\"]\nagainst = \"base.z-max\"\nfriction = \"bonded\"\n\
+                 [[contact]]\non = [\"b1.z-max\", \"b2.z-max\"]\nagainst = \"cover.z-min\"\nfriction = \"bonded\"\n\
+                 [[contact]]\nname = \"pad\"\non = \"pad.z-min\"\nagainst = \"base.z-max\"\nfriction = {{ coulomb = 0.1 }}\n\
+                 [[contact]]\non = \"pad.z-max\"\nagainst = \"cover.z-min\"\nfriction = {{ coulomb = 0.1 }}\n\
+                 [[bolt]]\nname = \"one\"\non = \"b1\"\naxis = [0, 0, 1]\nforce = {first}\n\
+                 [[bolt]]\nname = \"two\"\non = \"b2\"\naxis = [0, 0, 1]\nforce = {second}\n[solver]\npath = \"{path}\"\n",
+                parts.concat()
+            );
+            let (outcome, prepared) = solved(&text);
+            let pad = pair_totals(&prepared, &outcome).into_iter().find(|(name, _)| name == "pad").unwrap().1;
+            assert!((pad.normal_force / (first + second) - 1.0).abs() < 1e-6, "{element} {path}: {pad:?}");
+            let states = bolt_states(&prepared, &outcome);
+            for (state, wanted) in states.iter().zip([first, second]) {
+                assert!((state.force - wanted).abs() < 1e-6 * 5000.0, "{element} {path}: {states:?}");
+            }
+            [states[0].shortening, states[1].shortening]
+        };
+        let [tight, slack] = bolts("auto", [5000.0, 50.0]);
+        for path in ["auto", "solves", "multigrid"] {
+            let [a, b] = bolts(path, [50.0, 5000.0]);
+            // Tetrahedra are not their own mirror images.
+            let bound = if element == "tet10" { 0.02 } else { 1e-5 };
+            let at = format!("{element} {path}: {a} {b} for {slack} {tight}");
+            assert!((a / slack - 1.0).abs() < bound && (b / tight - 1.0).abs() < bound, "{at}");
+        }
+    }
 }

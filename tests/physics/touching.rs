@@ -119,3 +119,35 @@ fn surfaces_that_touch_up_to_rounding_touch() {
         assert_eq!(run.1.facts.contacts[0].surface.gap_max, 0.0, "{element} {on}");
     }
 }
+
+/// An edge lies 0.3 below a slab that is lowered by less: whatever the distances beside the edge, of which the dual functions, negative in
+/// places, make a mean, no node is nearer to it than the edge is, and nothing presses.
+#[test]
+fn an_edge_below_a_slab_presses_where_they_meet_and_not_before() {
+    for (element, cells, x) in [
+        ("hex8", "[10, 5, 1]", -10.5),
+        ("hex8", "[20, 10, 2]", -10.25),
+        ("tet4", "[10, 5, 1]", -10.5),
+        ("hex20", "[10, 5, 1]", -9.3),
+        ("hex20", "[20, 10, 2]", -9.3),
+        ("tet10", "[20, 10, 2]", -10.5),
+    ] {
+        let run = |down: f64| {
+            solved(&format!(
+                "[mesh.parts.slab]\nblock = {{ size = [20, 10, 4], cells = {cells}, element = \"{element}\" }}\nmove = [{x}, 0, 0.3]\n\
+                 [mesh.parts.ridge]\nblock = {{ size = [8, 10, 8], cells = [8, 5, 4], element = \"hex8\", origin = [-8, 0, -8] }}\n\
+                 turn = {{ axis = [0, 1, 0], degrees = -20, point = [0, 0, 0] }}\n{STEEL}\
+                 [[fix]]\non = \"ridge.x-min\"\n[[fix]]\non = \"slab.z-max\"\nvalue = [0, 0, {}]\n\
+                 [[contact]]\nname = \"edge\"\non = \"slab.z-min\"\nagainst = [\"ridge.z-max\", \"ridge.x-max\"]\nslave = \"on\"\n\
+                 friction = {{ coulomb = 0.2 }}\n",
+                -down
+            ))
+        };
+        let apart = run(0.2);
+        let at = format!("{element}, {cells}, {x}");
+        let gap = apart.1.facts.contacts[0].surface.gap_min;
+        assert!(gap >= 0.3 - 1e-12, "{at}: {gap}");
+        assert_eq!(normal_force(&apart, "edge"), 0.0, "{at}");
+        assert!(normal_force(&run(1.0), "edge") > 1e3, "{at}");
+    }
+}

@@ -292,9 +292,9 @@ fn steps(rows: &mut Rows, all: &[StepRecord], last: &StepRecord) {
     rows.add("steps", steps_solved(all.len(), *t, &again));
     if matches!(last.answer.status, Status::MaxIterations | Status::Stalled) {
         let span = format!("from t = {} to {}", number(t - dt), number(*t));
-        rows.more(format!(
-            "the last one (\"{name}\", {span}) was not solved in {attempts} attempts with ever shorter steps"
-        ));
+        let shorter =
+            if *attempts > 1 { format!(" in {attempts} attempts with ever shorter steps") } else { String::new() };
+        rows.more(format!("the last one (\"{name}\", {span}) was not solved{shorter}"));
     }
     let BalanceRecord { work, elastic, dissipation, drift } = last.balance;
     let [work, elastic, dissipated, drift] = [work, elastic, dissipation, drift].map(number);

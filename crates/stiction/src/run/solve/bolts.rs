@@ -41,7 +41,8 @@ pub fn bolt_states(prepared: &Prepared, outcome: &Outcome) -> Vec<BoltState> {
     prepared.loading.bolts.iter().enumerate().map(state).collect()
 }
 
-/// Broyden's method for the shortenings of the bolts whose force is given.
+/// Broyden's method for the shortenings of the bolts whose force is given. Where it gains nothing, as of joints that open while one bolt
+/// slackens the other, the derivatives are measured at the best shortenings, one bolt after the other.
 #[derive(Debug, Clone)]
 pub(crate) struct BoltSearch {
     /// Of all bolts.
@@ -52,6 +53,12 @@ pub(crate) struct BoltSearch {
     slope: Vec<Vec<f64>>,
     /// The last step, and the forces before it.
     last: Option<(Vec<f64>, Vec<f64>)>,
+    /// Of the shortenings that lack least so far themselves, of those that are searched, the forces and what is missing at most.
+    best: Option<(Vec<f64>, Vec<f64>, f64)>,
+    /// Answers since half as much was missing at most as before.
+    idle: usize,
+    /// Which of the sought bolts is lengthened alone to measure the derivatives by it.
+    measured: Option<usize>,
     /// Force; `at_first` was missing before the first step.
     allowed: f64,
     at_first: Option<f64>,
@@ -84,6 +91,11 @@ const BESIDE_LOADS: f64 = 0.1;
 const BEYOND: f64 = 1e3;
 /// Where more is missing than at first by this factor the search has lost its way.
 const LOST: f64 = 1e6;
+/// Derivatives are measured after so many answers and twice the number of bolts more, which Broyden's method takes for a linear problem,
+/// without half of what was missing gained.
+const IDLE: usize = 3;
+/// They are measured by changes of this part of the largest shortening.
+const CHANGE: f64 = 1e-2;
 /// A force below this is none, in any unit.
 const NOTHING: f64 = 1e-100;
 
@@ -121,6 +133,9 @@ impl BoltSearch {
             sought,
             slope,
             last: None,
+            best: None,
+            idle: 0,
+            measured: None,
             allowed,
             at_first,
             beside: FORCE_TOLERANCE * tolerance * BESIDE_LOADS,
@@ -200,6 +215,14 @@ impl BoltSearch {
         let is_slack: Vec<bool> = (self.sought.iter().zip(&missing))
             .map(|(sought, missing)| sought.1 == 0.0 && missing.abs() <= self.allowed)
             .collect();
+        let (found, missing) = match self.measured(&found, &is_slack) {
+            Measured::Nothing => (found, missing),
+            Measured::Bolt => return ControlFlow::Continue(()),
+            Measured::All(best) => {
+                let missing = self.sought.iter().zip(&best).map(|(s, f)| s.1 - f).collect();
+                (best, missing)
+            }
+        };
         if let Some((step, before)) = &self.last {
             let square: f64 = step.iter().map(|s| s * s).sum();
             let rows = self.slope.iter_mut().zip(found.iter().zip(before)).zip(&is_slack);
@@ -221,6 +244,59 @@ impl BoltSearch {
         self.last = Some((step, found));
         ControlFlow::Continue(())
     }
+
+    /// Takes forces that are measured, or begins to measure where nothing has been gained for long. Bolts that stay where they are
+    /// (`is_slack`) are not moved.
+    fn measured(&mut self, found: &[f64], is_slack: &[bool]) -> Measured {
+        let here: Vec<f64> = self.sought.iter().map(|&(bolt, _)| self.shortening[bolt]).collect();
+        if let (Some(k), Some((at, forces, _))) = (self.measured, &self.best) {
+            let by = here[k] - at[k];
+            for (row, (f, before)) in self.slope.iter_mut().zip(found.iter().zip(forces)) {
+                row[k] = (f - before) / by;
+            }
+            return self.measure(k + 1, is_slack);
+        }
+        let most = self.sought.iter().zip(found).map(|(s, f)| (s.1 - f).abs()).fold(0.0, f64::max);
+        let least = self.best.as_ref().map_or(f64::INFINITY, |best| best.2);
+        self.idle = if most < 0.5 * least { 0 } else { self.idle + 1 };
+        if most < least {
+            self.best = Some((here, found.to_vec(), most));
+        }
+        if self.idle < IDLE + 2 * self.sought.len() {
+            return Measured::Nothing;
+        }
+        self.left += self.sought.len();
+        self.measure(0, is_slack)
+    }
+
+    /// Goes to the best shortenings, of which that of the first bolt from `from` on that moves is changed by a little.
+    fn measure(&mut self, from: usize, is_slack: &[bool]) -> Measured {
+        let Some((at, forces, _)) = &self.best else { return Measured::Nothing };
+        self.sought.iter().zip(at).for_each(|(&(bolt, _), s)| self.shortening[bolt] = *s);
+        let change = CHANGE * at.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
+        self.measured = (from..at.len()).find(|&k| !is_slack[k] && change > 0.0);
+        match self.measured {
+            Some(k) => {
+                let (bolt, wanted) = self.sought[k];
+                self.shortening[bolt] += change.copysign(wanted - forces[k]);
+                Measured::Bolt
+            }
+            None => {
+                (self.idle, self.last) = (0, None);
+                Measured::All(forces.clone())
+            }
+        }
+    }
+}
+
+/// What the derivatives of the forces are known by.
+enum Measured {
+    /// They are not measured.
+    Nothing,
+    /// By bolts up to the one that is changed now.
+    Bolt,
+    /// By all bolts, at shortenings with these forces.
+    All(Vec<f64>),
 }
 
 #[cfg(test)]
