@@ -1,6 +1,5 @@
 //! What can be divided among ranks, said before anything is done.
 
-use super::small::MOST_UNKNOWNS;
 use super::timed::is_brittle;
 use crate::Error;
 use crate::friction::{Method, SolverPath};
@@ -9,6 +8,9 @@ use crate::run::pose::activity::ALWAYS;
 
 /// What every refusal ends with.
 const REMEDY: &str = "use `stiction solve` on one machine";
+
+/// Unknowns of the whole up to which rank 0 does alone what a case asks for: a minute, and some GB, for which `stiction solve` asks first too.
+const MOST_ASKED: usize = 100_000;
 
 pub(super) fn refused(spot: &Spot, what: &str) -> Error {
     spot.error(format!("{what} cannot be divided among ranks in this version"), REMEDY)
@@ -66,10 +68,9 @@ pub(super) fn is_left_to_all(case: &Case) -> bool {
 
 /// Refuses what only rank 0 could do on a whole that is too large for it; `unknowns` are those of all ranks.
 pub(super) fn check_size(case: &Case, unknowns: usize) -> Result<(), Error> {
-    match of_rank_0(case).filter(|_| unknowns > MOST_UNKNOWNS) {
+    match of_rank_0(case).filter(|_| unknowns > MOST_ASKED) {
         Some(what) => {
-            let what =
-                format!("{what} with {unknowns} unknowns (rank 0, which does this alone, takes {MOST_UNKNOWNS})");
+            let what = format!("{what} with {unknowns} unknowns (rank 0, which does this alone, takes {MOST_ASKED})");
             Err(refused(&case.solver.spot, &what))
         }
         None => Ok(()),
