@@ -238,8 +238,7 @@ pub(super) fn points_of_pair(
         let tangents = [frame[1], frame[2]].map(|tangent| dofs.components(row.node, tangent));
         refuse_dragging(&constrained, imposed, along, row.node, x, &surface.friction, &tangents)?;
         let gap = initial_gap(mesh, &row, normal, &master.gap, &outward);
-        let gap =
-            resolved_gap(mesh, &row, gap_among(&distances[&row.node], gap, row.unity_sum, &master.gap), &master.gap);
+        let gap = resolved_gap(mesh, &row, gap_among(&distances[&row.node], gap, &row, &master.gap), &master.gap);
         let visible = gap / row.unity_sum;
         found.guided += usize::from(frame[2] == [0.0; 3]);
         found.held_along_surface += usize::from(is_held_along(dofs, row.node, &tangents));
@@ -371,10 +370,11 @@ fn distances(mesh: &Mesh, slave: &[u32], met: &[Met], patches: &Patches) -> Hash
 
 /// A weighted gap whose weights add up to `unity_sum`: a mean lies among what it is of, but the dual functions, negative in places, may
 /// take it beyond.
-fn gap_among(of: &Distances, gap: f64, unity_sum: f64, stated: &InitialGap) -> f64 {
-    let [low, high] = [of.low, of.high].map(|distance| distance * unity_sum);
+fn gap_among(of: &Distances, gap: f64, row: &Row, stated: &InitialGap) -> f64 {
+    let [low, high] = [of.low, of.high].map(|distance| distance * row.unity_sum);
     match stated {
         _ if low > high => gap,
+        InitialGap::ClosedAt(nodes) if nodes.binary_search(&row.node).is_ok() => gap,
         InitialGap::AsMeshed if of.several => gap.max(low).min(high),
         InitialGap::AsMeshed | InitialGap::ClosedAt(_) => without_false_overlap(gap, low),
         _ => gap,
