@@ -53,9 +53,9 @@ pub(crate) struct BoltSearch {
     slope: Vec<Vec<f64>>,
     /// The last step, and the forces before it.
     last: Option<(Vec<f64>, Vec<f64>)>,
-    /// Of the shortenings that lack least so far themselves, of those that are searched, the forces and what is missing at most.
+    /// The best answer so far: shortenings and forces of the bolts sought, and the largest force that is missing.
     best: Option<(Vec<f64>, Vec<f64>, f64)>,
-    /// Answers since half as much was missing at most as before.
+    /// Answers in a row in which the largest force that is missing was not halved.
     idle: usize,
     /// Which of the sought bolts is lengthened alone to measure the derivatives by it.
     measured: Option<usize>,
