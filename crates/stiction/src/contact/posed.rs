@@ -8,7 +8,7 @@ use super::rows::all_points;
 use super::{ContactSurface, Friction, InterfaceStiffness, Pair, SurfaceFacts};
 use crate::Error;
 use crate::fem::DofMap;
-use crate::mesh::{Mesh, ascending};
+use crate::mesh::{Mesh, ascending, beside};
 use crate::ranks::{put, take};
 
 /// The contact points of some surfaces: one after the other, with the name of each surface and where its points are.
@@ -125,17 +125,14 @@ impl PosedPoints {
         ascending(self.nodes().zip(0..).map(|(node, j)| [node, j]))
     }
 
-    /// As a message: the points all of whose nodes are among `nodes`, which ascend, with the places there as their nodes.
+    /// As a message: the points all of whose nodes are among `nodes`, places in the mesh that ascend, with the places there as their nodes.
     pub(crate) fn message(&self, by_node: &[[u32; 2]], nodes: &[u64]) -> Vec<u8> {
         let place = |node: u32| nodes.binary_search(&u64::from(node)).ok().map(|k| k as u32);
         let here = |point: &Point| -> Option<(u32, Vec<(u32, f64)>)> {
             let others = point.others.iter().map(|&(node, weight)| Some((place(node)?, weight)));
             Some((place(point.node)?, others.collect::<Option<_>>()?))
         };
-        let at_node = |&node: &u64| {
-            let from = by_node.partition_point(|pair| u64::from(pair[0]) < node);
-            by_node[from..].iter().take_while(move |pair| u64::from(pair[0]) == node).map(|pair| pair[1] as usize)
-        };
+        let at_node = |&node: &u64| beside(by_node, node as u32).map(|j| j as usize);
         let mut at_nodes = ascending(nodes.iter().flat_map(at_node)).into_iter().peekable();
         let (mut own, mut numbers): (Vec<u32>, Vec<Numbers>) = Default::default();
         let (mut counts, mut others, mut weights): (Vec<u32>, Vec<u32>, Vec<f64>) = Default::default();

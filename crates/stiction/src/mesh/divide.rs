@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::{CellArray, CellKind, Cells, Face, Group, Mesh, MeshArrays, NodeArray, ascending};
+use super::{CellArray, CellKind, Cells, Face, Group, Mesh, MeshArrays, NodeArray, ascending, beside};
 use crate::ranks::{Wire, put, take};
 
 /// The mesh of one part: its nodes and all cells at them, and what [`pieces`] adds. Nodes and cells keep their order.
@@ -112,12 +112,6 @@ struct Named {
     faces: Vec<[u32; 2]>,
     /// Cells, faces and nodes with the groups that they are in, ascending.
     groups: [Vec<[u32; 2]>; 3],
-}
-
-/// The numbers that stand beside `key` in ascending pairs.
-fn beside(pairs: &[[u32; 2]], key: u32) -> impl Iterator<Item = u32> {
-    let from = pairs.partition_point(|pair| pair[0] < key);
-    pairs[from..].iter().take_while(move |pair| pair[0] == key).map(|pair| pair[1])
 }
 
 impl Named {

@@ -54,7 +54,7 @@ pub use meeting::Meeting;
 pub(crate) use notes::many;
 pub use notes::{MeshNote, MeshNotes};
 pub use quality::quality;
-pub(crate) use query::ascending;
+pub(crate) use query::{ascending, beside};
 pub use raw::{RawCells, RawGroup, RawMesh};
 pub use ring::{MOST_DEGREES, Ring, ring};
 pub use rounding::{Rounded, round_facets};

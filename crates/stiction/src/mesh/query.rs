@@ -111,6 +111,12 @@ impl Mesh {
     }
 }
 
+/// The numbers that stand beside `key` in ascending pairs.
+pub(crate) fn beside(pairs: &[[u32; 2]], key: u32) -> impl Iterator<Item = u32> {
+    let from = pairs.partition_point(|pair| pair[0] < key);
+    pairs[from..].iter().take_while(move |pair| pair[0] == key).map(|pair| pair[1])
+}
+
 /// The numbers in ascending order, each once.
 pub(crate) fn ascending<T: Ord>(numbers: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut numbers: Vec<T> = numbers.into_iter().collect();

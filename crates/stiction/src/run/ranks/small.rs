@@ -59,7 +59,7 @@ pub(super) fn by_first(
     case: &Case,
     local: &mut Local,
     multigrid: &mut Multigrid,
-    mut kept: Option<&mut Kept>,
+    kept: Option<&mut Kept>,
     observer: &mut Watch<Progress>,
 ) -> Result<Option<ByFirst>, Error> {
     if is_left_to_all(case) {
@@ -69,21 +69,19 @@ pub(super) fn by_first(
     let message = if ranks.rank() == 0 { answer(case, observer).unwrap_or_default() } else { Vec::new() };
     let Some(mut found) = FoundAlone::take(&broadcast(&*ranks, message)) else { return Ok(None) };
     // All are judged before the first one is kept.
-    if kept.is_some() && found.each(case, (local, multigrid), &mut |_, _, _| Ok(()))?.is_none() {
-        return Ok(None);
-    }
-    if let Some(kept) = &mut kept {
-        kept.begin_again(&*ranks)?;
-    }
-    let mut keep = |local: &Local, at: &Found, k: usize| {
-        let Some(kept) = &mut kept else { return Ok(()) };
-        let Everywhere { free, lambda, states, .. } = &at.everywhere;
-        let next = std::array::from_fn(|c| found.at[4 * k + c] as usize);
-        let Some(next) = Position::read(next, &case.steps) else { return Ok(()) };
-        kept.add((local, case), (free, lambda, states), &found.steps[..=k], next)
-    };
-    let Some(last) = found.each(case, (local, multigrid), &mut keep)? else { return Ok(None) };
+    let Some(mut last) = found.each(case, (local, multigrid), &mut |_, _, _| Ok(()))? else { return Ok(None) };
     let Some(others) = found.others(case, (local, multigrid))? else { return Ok(None) };
+    if let Some(kept) = kept {
+        kept.begin_again(&*ranks)?;
+        let mut keep = |local: &Local, at: &Found, k: usize| {
+            let Everywhere { free, lambda, states, .. } = &at.everywhere;
+            let next = std::array::from_fn(|c| found.at[4 * k + c] as usize);
+            let Some(next) = Position::read(next, &case.steps) else { return Ok(()) };
+            kept.add((local, case), (free, lambda, states), &found.steps[..=k], next)
+        };
+        let Some(again) = found.each(case, (local, multigrid), &mut keep)? else { return Ok(None) };
+        last = again;
+    }
     let FoundAlone { steps, solutions, .. } = found;
     Ok(Some(ByFirst { last, steps, solutions, others }))
 }
