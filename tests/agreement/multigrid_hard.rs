@@ -22,13 +22,19 @@ fn on_path(text: &str, path: &str) -> Result<Solution, String> {
 
 /// The forces of the direct path are the second road; `most` bounds the cycles.
 fn assert_same_forces(text: &str, most: usize) {
-    let (found, direct) = (on_path(text, "multigrid").unwrap(), on_path(text, "dense").unwrap());
-    assert_eq!((found.status, direct.status), (Status::Solved, Status::Solved), "{text}");
-    assert!(found.history.iter().all(|progress| progress.residual.is_finite()), "{text}");
+    let (found, direct) = (assert_few_cycles(text, most), on_path(text, "dense").unwrap());
+    assert_eq!(direct.status, Status::Solved, "{text}");
     let size = direct.lambda.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
     let off = found.lambda.iter().zip(&direct.lambda).fold(0.0, |a: f64, (x, y)| a.max((x - y).abs()));
     assert!(off <= 1e-5 * size, "forces differ by {off:e} of {size:e}\n{text}");
+}
+
+fn assert_few_cycles(text: &str, most: usize) -> Solution {
+    let found = on_path(text, "multigrid").unwrap();
+    assert_eq!(found.status, Status::Solved, "{text}");
+    assert!(found.history.iter().all(|progress| progress.residual.is_finite()), "{text}");
     assert!(found.counts.cycles <= most, "{:?}\n{text}", found.counts);
+    found
 }
 
 /// Cases drawn at random in which friction or the curvature of the obstacle alone resists a rigid motion; on them the
@@ -192,9 +198,7 @@ fn graded_cells_that_slip_everywhere_take_no_more_cycles_than_a_few_linear_solve
              [[contact]]\non = \"z-min\"\nagainst = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\n\
              friction = {{ {law} }}\n"
         );
-        let found = on_path(&text, "multigrid").unwrap();
-        assert_eq!(found.status, Status::Solved, "{text}");
-        assert!(found.counts.cycles <= most, "{:?}\n{text}", found.counts);
+        assert_few_cycles(&text, most);
     }
 }
 
@@ -220,9 +224,7 @@ fn small_contact_zones_at_planes_of_symmetry_take_few_cycles() {
              [[contact]]\non = \"z-min\"\nagainst = {{ {against} }}\nfriction = {law}\n",
             [cells; 3], [grading; 3]
         );
-        let found = on_path(&text, "multigrid").unwrap();
-        assert_eq!(found.status, Status::Solved, "{text}");
-        assert!(found.counts.cycles <= most, "{:?}\n{text}", found.counts);
+        assert_few_cycles(&text, most);
     }
 }
 
@@ -242,11 +244,11 @@ fn plate(element: &str, layers: usize, gap: f64, [load, friction]: [f64; 2]) -> 
 
 #[test]
 fn plates_that_bend_onto_a_plane_take_few_cycles() {
-    for (element, layers, gap, most) in
-        [("tet4", 1, 0.1, 58), ("tet4", 2, 0.1, 46), ("hex8", 1, 0.3, 62), ("hex8", 2, 0.3, 35)]
-    {
-        assert_same_forces(&plate(element, layers, gap, [0.02, 0.3]), most);
+    for (element, layers, gap, most) in [("tet4", 1, 0.1, 58), ("tet4", 2, 0.1, 46), ("hex8", 1, 0.3, 62)] {
+        assert_few_cycles(&plate(element, layers, gap, [0.02, 0.3]), most);
     }
+    // The direct path takes half a minute for each of the others.
+    assert_same_forces(&plate("hex8", 2, 0.3, [0.02, 0.3]), 35);
 }
 
 /// Pressed harder more of the plate lies on the plane, and rougher it sticks there: where the springs' overlap was taken off at once these
@@ -258,11 +260,11 @@ fn plates_that_are_pressed_onto_a_rough_plane_take_hardly_more() {
         ("tet4", 2, 0.02, [0.02, 0.3], 73),
         ("tet4", 2, 0.02, [0.1, 0.3], 47),
         ("tet4", 2, 0.1, [0.02, 0.8], 47),
-        ("hex8", 2, 0.02, [0.5, 0.3], 48),
         ("hex8", 2, 0.1, [0.1, 0.3], 41),
     ] {
-        assert_same_forces(&plate(element, layers, gap, law), most);
+        assert_few_cycles(&plate(element, layers, gap, law), most);
     }
+    assert_same_forces(&plate("hex8", 2, 0.02, [0.5, 0.3]), 48);
 }
 
 /// Of four layers of flat cells each line through the plate is one aggregate: in two of them the coarse level has more entries than the
@@ -270,9 +272,7 @@ fn plates_that_are_pressed_onto_a_rough_plane_take_hardly_more() {
 #[test]
 fn plates_of_four_layers_take_as_few_cycles_as_those_of_two() {
     for gap in [0.02, 0.3] {
-        let found = on_path(&plate("hex8", 4, gap, [0.02, 0.3]), "multigrid").unwrap();
-        assert_eq!(found.status, Status::Solved);
-        assert!(found.counts.cycles <= 50, "{:?}", found.counts);
+        assert_few_cycles(&plate("hex8", 4, gap, [0.02, 0.3]), 50);
     }
 }
 
@@ -289,9 +289,7 @@ fn functions_of_coarse_levels_that_contact_takes_away_altogether_are_left_out() 
              [[load]]\non = \"z-max\"\npressure = 1\n[[contact]]\non = \"z-min\"\n\
              against = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\nfriction = {{ coulomb = 0.3 }}\n"
         );
-        let found = on_path(&text, "multigrid").unwrap();
-        assert_eq!(found.status, Status::Solved, "{text}");
-        assert!(found.counts.cycles <= 16, "{:?}\n{text}", found.counts);
+        assert_few_cycles(&text, 16);
     }
 }
 

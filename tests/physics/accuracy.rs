@@ -7,7 +7,7 @@ use stiction::io::case::{self, AccuracySpec};
 use stiction::linalg::Stop;
 use stiction::run::{
     AccuracyRecord, Indicators, Level, LevelRecord, Levels, Outcome, Plan, Prepared, Sequence, Settings, SolvedLevel,
-    Stage, add_bound, prepare, solve, solve_case, solve_to_accuracy,
+    Stage, ValueRecord, add_bound, prepare, solve, solve_case, solve_to_accuracy,
 };
 use stiction_fixtures::case_run::CASE;
 
@@ -364,6 +364,21 @@ fn a_body_that_is_lifted_off_at_the_end_needs_no_finer_mesh() {
         assert_eq!(stays.unknowns, lifted.unknowns);
         assert!((lifted.error / stays.error - 1.0).abs() < 1e-6, "{lifted:?} {stays:?}");
     }
+    // Goals of values are of what was read before as well, which is what it was.
+    let goals = "forces = 0.2\ndisplacement = 0.5\nmax_unknowns = 30000";
+    let (_, _, stays) = refined(&text(""), goals);
+    let (_, _, lifted) = refined(&text("[[step]]\nname = \"lift\"\nuntil = 3\n"), goals);
+    assert!(stays.reached && lifted.reached && stays.levels.len() == lifted.levels.len());
+    for (stays, lifted) in stays.goals.iter().zip(&lifted.goals) {
+        let (stays, lifted) = (stays.reached.unwrap(), lifted.reached.unwrap());
+        assert!(stays > 0.0 && (lifted / stays - 1.0).abs() < 1e-3, "{stays} {lifted}");
+    }
+    for value in stays.values.iter().filter(|value| value.t.is_some() || value.name.contains("force")) {
+        let before = |other: &&ValueRecord| value.t.map_or(2.0, |t| t) == other.t.unwrap_or(3.0);
+        let name = value.name.split(" at t = ").next().unwrap();
+        let kept = lifted.values.iter().filter(before).find(|other| other.name.starts_with(name)).unwrap();
+        assert!((kept.value.unwrap() / value.value.unwrap() - 1.0).abs() < 1e-6, "{kept:?} {value:?}");
+    }
 }
 
 #[test]
@@ -403,7 +418,7 @@ impl Levels for Doubtful {
             bound.mean_error *= 3.0;
         }
         let mut indicators = Indicators::default();
-        indicators.add(&prepared, &outcome);
+        indicators.add(&prepared, &outcome, 1.0);
         Ok(SolvedLevel { prepared, outcome, indicators })
     }
 

@@ -408,7 +408,12 @@ fn bolts_that_cannot_be_cut_are_refused() {
     says("on = \"body\"\nshortening = 1\n", "has no axis");
     says(
         "on = \"body\"\naxis = [1, 0, 0]\npoint = [7, 0, 0]\nshortening = 1\n",
-        "does not cut bolt \"body\", which reaches from 0 to 4",
+        "leaves no cells of bolt \"body\", which reaches from 0 to 4, on both sides",
+    );
+    // Inside the bolt, and beyond the centres of its last cells.
+    says(
+        "on = \"body\"\naxis = [1, 0, 0]\npoint = [3.6, 0, 0]\nshortening = 1\n",
+        "give a `point` at 0.5 or more, and below 3.5, along the axis",
     );
     // Tetrahedra of the last layer lie on both sides of this plane: the cut reaches the wall.
     let message = refused(&bar(

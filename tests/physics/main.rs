@@ -19,6 +19,7 @@ mod edges;
 mod equations;
 mod error_bound;
 mod exact_answers;
+mod facets;
 mod floating;
 mod fretting;
 mod friction_laws;

@@ -1,6 +1,6 @@
 //! Which nodes contact points hang on, from one surface to the next.
 
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::points::Point;
 
@@ -16,9 +16,9 @@ const LINKS: usize = 32;
 #[derive(Default)]
 pub(super) struct Chains {
     /// Of the node of each point those that it hangs on, with their weights.
-    others: HashMap<u32, Vec<(u32, f64)>>,
+    others: FxHashMap<u32, Vec<(u32, f64)>>,
     /// Of each of these the nodes of the points.
-    hanging: HashMap<u32, Vec<u32>>,
+    hanging: FxHashMap<u32, Vec<u32>>,
 }
 
 impl Chains {
@@ -37,7 +37,7 @@ impl Chains {
 
     /// Whether a node has a point, or a point of a node of `opposite` hangs on it: where two pairs have points on either side of the same
     /// surfaces, those at the border stand for the same faces.
-    pub(super) fn is_taken(&self, node: u32, opposite: &HashSet<u32>) -> bool {
+    pub(super) fn is_taken(&self, node: u32, opposite: &FxHashSet<u32>) -> bool {
         let hanging = self.hanging.get(&node).into_iter().flatten();
         self.others.contains_key(&node) || hanging.into_iter().any(|other| opposite.contains(other))
     }
@@ -48,12 +48,12 @@ impl Chains {
         if ends.is_empty() {
             return Vec::new();
         }
-        let new: HashMap<u32, &Point> = points.iter().map(|point| (point.node, point)).collect();
+        let new: FxHashMap<u32, &Point> = points.iter().map(|point| (point.node, point)).collect();
         let links = |node: u32| {
             let old = self.others.get(&node).into_iter().flatten().copied();
             old.chain(new.get(&node).into_iter().flat_map(|point| others(point)))
         };
-        let mut is_closed: HashMap<u32, bool> = HashMap::new();
+        let mut is_closed: FxHashMap<u32, bool> = FxHashMap::default();
         for end in &ends {
             if is_closed.contains_key(&end.node) {
                 continue;
@@ -68,9 +68,9 @@ impl Chains {
 }
 
 /// The nodes to which links lead from a node, and from which they lead back to it.
-fn cycle<I: Iterator<Item = (u32, f64)>>(node: u32, links: &impl Fn(u32) -> I) -> HashSet<u32> {
-    let mut back: HashMap<u32, Vec<u32>> = HashMap::new();
-    let (mut seen, mut open) = (HashSet::from([node]), vec![node]);
+fn cycle<I: Iterator<Item = (u32, f64)>>(node: u32, links: &impl Fn(u32) -> I) -> FxHashSet<u32> {
+    let mut back: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+    let (mut seen, mut open) = (FxHashSet::from_iter([node]), vec![node]);
     while let Some(at) = open.pop() {
         for (other, _) in links(at) {
             back.entry(other).or_default().push(at);
@@ -79,7 +79,7 @@ fn cycle<I: Iterator<Item = (u32, f64)>>(node: u32, links: &impl Fn(u32) -> I) -
             }
         }
     }
-    let (mut cycle, mut open) = (HashSet::new(), vec![node]);
+    let (mut cycle, mut open) = (FxHashSet::default(), vec![node]);
     while let Some(at) = open.pop() {
         open.extend(back.get(&at).into_iter().flatten().filter(|&&from| cycle.insert(from)));
     }
@@ -87,8 +87,8 @@ fn cycle<I: Iterator<Item = (u32, f64)>>(node: u32, links: &impl Fn(u32) -> I) -
 }
 
 /// By which factor weights fade along a cycle, from above: the powers of their sizes, applied to ones, grow with the spectral radius.
-fn factor<I: Iterator<Item = (u32, f64)>>(cycle: &HashSet<u32>, links: &impl Fn(u32) -> I) -> f64 {
-    let mut sizes: HashMap<u32, f64> = cycle.iter().map(|&node| (node, 1.0)).collect();
+fn factor<I: Iterator<Item = (u32, f64)>>(cycle: &FxHashSet<u32>, links: &impl Fn(u32) -> I) -> f64 {
+    let mut sizes: FxHashMap<u32, f64> = cycle.iter().map(|&node| (node, 1.0)).collect();
     for _ in 0..LINKS {
         let sum = |node: u32| links(node).map(|(other, weight)| weight.abs() * sizes.get(&other).unwrap_or(&0.0)).sum();
         sizes = cycle.iter().map(|&node| (node, sum(node))).collect();

@@ -5,10 +5,13 @@
 //! are as near, or meet other faces across an edge, it is that of an obstacle, for whose points no neighbour could carry, then the one under which more of the
 //! node's faces lie. Bonded surfaces come before all others, as far as they meet something.
 
+use std::collections::BTreeSet;
 use std::collections::hash_map::Entry;
-use std::collections::{BTreeSet, HashMap};
+
+use rustc_hash::FxHashMap;
 
 use super::levels::Level;
+use super::meeting::AllMet;
 use super::node_to_surface::claims_of_nodes;
 use super::pair::Matched;
 use super::points::claims_on_obstacle;
@@ -87,7 +90,7 @@ pub(super) enum Lost {
 }
 
 /// For each surface the nodes that belong to another one.
-pub(super) type LostNodes = Vec<HashMap<u32, Lost>>;
+pub(super) type LostNodes = Vec<FxHashMap<u32, Lost>>;
 
 /// What surfaces meet, and the nodes that several name.
 pub(super) struct Claims<'a> {
@@ -95,9 +98,11 @@ pub(super) struct Claims<'a> {
     dofs: &'a DofMap,
     surfaces: &'a [ContactSurface],
     named: Vec<(u32, Vec<usize>)>,
-    by_surface: HashMap<usize, HashMap<u32, Claim>>,
+    by_surface: FxHashMap<usize, FxHashMap<u32, Claim>>,
     /// The matches that were made, by surface.
-    matched: HashMap<usize, Matched<'a>>,
+    matched: FxHashMap<usize, Matched<'a>>,
+    /// What faces meet, of those that were found before.
+    known: AllMet,
     /// See [`places`].
     pub places: Vec<usize>,
 }
@@ -112,11 +117,12 @@ pub(super) struct Shares {
 }
 
 impl<'a> Claims<'a> {
-    pub(super) fn new(mesh: &'a Mesh, dofs: &'a DofMap, surfaces: &'a [ContactSurface]) -> Claims<'a> {
+    pub(super) fn new(mesh: &'a Mesh, dofs: &'a DofMap, surfaces: &'a [ContactSurface], known: AllMet) -> Claims<'a> {
         let named = named_by_several(mesh, surfaces);
         let numbers: BTreeSet<usize> = named.iter().flat_map(|(_, by)| by.iter().copied()).collect();
-        let (by_surface, matched) = (HashMap::new(), HashMap::new());
-        let mut claims = Claims { mesh, dofs, surfaces, named, by_surface, matched, places: places(mesh, surfaces) };
+        let (by_surface, matched) = (FxHashMap::default(), FxHashMap::default());
+        let places = places(mesh, surfaces);
+        let mut claims = Claims { mesh, dofs, surfaces, named, by_surface, matched, known, places };
         for number in numbers {
             let found = claims.of(number);
             claims.by_surface.insert(number, found);
@@ -131,7 +137,10 @@ impl<'a> Claims<'a> {
     pub(super) fn matched(&mut self, number: usize, master: &'a Master) -> Result<&Matched<'a>, Error> {
         Ok(match self.matched.entry(number) {
             Entry::Occupied(made) => made.into_mut(),
-            Entry::Vacant(place) => place.insert(Matched::new(self.mesh, self.dofs, &self.surfaces[number], master)?),
+            Entry::Vacant(place) => {
+                let (pair, known) = ((&self.surfaces[number], master), self.known.0.remove(&number));
+                place.insert(Matched::new(self.mesh, self.dofs, pair, known)?)
+            }
         })
     }
 
@@ -143,7 +152,7 @@ impl<'a> Claims<'a> {
     /// Who has what of the nodes where the surfaces of these numbers, ascending, hold together.
     pub(super) fn shares(&self, holding: &[usize]) -> Shares {
         let (surfaces, holds) = (self.surfaces, |number: &usize| holding.binary_search(number).is_ok());
-        let lost = vec![HashMap::new(); surfaces.len()];
+        let lost = vec![FxHashMap::default(); surfaces.len()];
         let mut shares = Shares { lost, beside: Vec::new(), without_edge: Vec::new() };
         let is_obstacle = |number: usize| matches!(surfaces[number].against, Counterpart::Obstacle(_));
         let is_bonded = |number: usize| surfaces[number].friction == SurfaceFriction::Bonded;
@@ -198,14 +207,16 @@ impl<'a> Claims<'a> {
         self.hardly_meets(number, node) && normal.is_some_and(|normal| dot(normal, other.normal) > SIDE)
     }
 
-    fn of(&mut self, number: usize) -> HashMap<u32, Claim> {
+    fn of(&mut self, number: usize) -> FxHashMap<u32, Claim> {
         let (mesh, dofs, surface) = (self.mesh, self.dofs, &self.surfaces[number]);
         match &surface.against {
             Counterpart::Obstacle(obstacle) => claims_on_obstacle(mesh, dofs, surface, obstacle),
             Counterpart::Surface(master) => match &master.nodes {
                 Some(nodes) => claims_of_nodes(mesh, dofs, surface, master, nodes),
                 // What is wrong with the surfaces is said where they get their points.
-                None => self.matched(number, master).map_or_else(|_| HashMap::new(), |matched| matched.claims(dofs)),
+                None => {
+                    self.matched(number, master).map_or_else(|_| FxHashMap::default(), |matched| matched.claims(dofs))
+                }
             },
         }
     }
@@ -284,7 +295,7 @@ pub(crate) fn sides_to_change(
     may: impl Fn(&ContactSurface) -> bool,
 ) -> Vec<bool> {
     let shares = |surfaces: &[ContactSurface]| -> Vec<Shares> {
-        let claims = Claims::new(mesh, dofs, surfaces);
+        let claims = Claims::new(mesh, dofs, surfaces, AllMet::default());
         spans(surfaces).iter().map(|span| claims.shares(&span.surfaces)).collect()
     };
     let (mut changing, mut lose_edges) = (vec![false; surfaces.len()], vec![false; surfaces.len()]);

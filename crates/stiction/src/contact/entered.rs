@@ -1,9 +1,8 @@
 //! Faces that an obstacle reaches into between their nodes. Contact with obstacles is that of nodes: what touches none of a
 //! face's nodes meets no contact point, and its force is missing.
 
-use std::collections::HashMap;
-
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::Obstacle;
 use super::skin::{Outer, Skin, weighted};
@@ -48,7 +47,7 @@ pub(super) fn between_nodes(motion: &Motion, obstacle: &Obstacle, faces: &[u32])
     let nodes = mesh.face_nodes(faces);
     let at = |node: u32| add(mesh.nodes[node as usize], (motion.way)(node));
     // None beyond the border of an open surface.
-    let distances: HashMap<u32, Option<f64>> =
+    let distances: FxHashMap<u32, Option<f64>> =
         nodes.par_iter().map(|&node| (node, obstacle.distance(at(node)).map(|(distance, _)| distance))).collect();
     // Nodes in contact are kept out along the normals of where they were: on a curved surface they come off it by the second order.
     let touches =

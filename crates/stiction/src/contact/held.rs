@@ -4,10 +4,12 @@
 //! nodes of both surfaces lie. Otherwise there is slip in the direction in which the node is held, and friction acts on the other
 //! body and on the support. Then the rows of the point have the unknowns of the other body, and of its own node what is prescribed.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
+
+use rustc_hash::FxHashMap;
 
 use super::SurfaceFriction;
-use super::mortar::{Met, meet};
+use super::mortar::{Met, Search, meet};
 use super::points::prescribed;
 use crate::Error;
 use crate::fem::DofMap;
@@ -34,7 +36,7 @@ enum Other {
 
 /// The nodes of the other surface that some nodes meet, and the size of a face, length.
 pub(super) struct Below {
-    masters: HashMap<u32, BTreeSet<u32>>,
+    masters: FxHashMap<u32, BTreeSet<u32>>,
     size: f64,
 }
 
@@ -47,7 +49,7 @@ impl Below {
         carries: &dyn Fn(u32, u32) -> bool,
         size: f64,
     ) -> Below {
-        let mut masters: HashMap<u32, BTreeSet<u32>> = HashMap::new();
+        let mut masters: FxHashMap<u32, BTreeSet<u32>> = FxHashMap::default();
         for (&face, met) in faces.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
             let held = |node: &&u32| held_in_part(dofs, **node) && carries(face, **node);
             for &node in mesh.faces[face as usize].nodes().iter().filter(held) {
@@ -59,7 +61,7 @@ impl Below {
 
     /// What one node meets.
     pub(super) fn of_node(node: u32, masters: impl Iterator<Item = u32>, size: f64) -> Below {
-        Below { masters: HashMap::from([(node, masters.collect())]), size }
+        Below { masters: FxHashMap::from_iter([(node, masters.collect())]), size }
     }
 
     /// In which components a node is held while the other body moves there.
@@ -143,7 +145,7 @@ pub(super) fn held_along(
     if faces.is_empty() || *friction == SurfaceFriction::None {
         return Held::Nowhere;
     }
-    let met = meet(mesh, &faces, master, search, *friction == SurfaceFriction::Bonded);
+    let met = meet(mesh, &faces, master, Search { length: search, averted: *friction == SurfaceFriction::Bonded });
     let below = Below::new(mesh, dofs, (&faces, &met), &|_, _| true, size);
     let of_face = |&face: &u32| {
         let normal = mesh.face_normal(face as usize);

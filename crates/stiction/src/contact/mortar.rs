@@ -14,9 +14,10 @@
 //! Warped faces are taken as flat, along the mean normal of the slave face, and the coupling is that of the reference
 //! configuration.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::flat::{Flat, P2, area, bounds, clip, quadrature};
 use super::obstacle::unit;
@@ -49,7 +50,7 @@ const LEAST_OWN: f64 = 0.2;
 pub(super) type PerNode = [f64; FACE_NODES];
 
 /// What a slave face meets: everything about its nodes `i`, in the order of the face.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Met {
     /// `int phi_i` over the covered part; area.
     pub areas: PerNode,
@@ -114,18 +115,33 @@ impl Seen {
     }
 }
 
-/// What each face of `slave` meets of the faces of `master` no farther than `search` (length) along its normal. With
-/// `averted` a face that no face looks at meets those that look the same way and lie in it.
-pub(super) fn meet(mesh: &Mesh, slave: &[u32], master: &[u32], search: f64, averted: bool) -> Vec<Met> {
+/// What faces may meet.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Search {
+    /// They meet no farther than this along their normals, length.
+    pub length: f64,
+    /// A face that no face looks at meets those that look the same way and lie in it.
+    pub averted: bool,
+}
+
+/// What each face of `slave` meets of the faces of `master`.
+pub(super) fn meet(mesh: &Mesh, slave: &[u32], master: &[u32], search: Search) -> Vec<Met> {
+    meet_some(mesh, slave, [slave, master], search)
+}
+
+/// The same of `some` faces of the slave. Only faces in the box around theirs and these moved along their normals, forwards and backwards by the
+/// length of the search, are looked at, in the order of the lists.
+pub(super) fn meet_some(mesh: &Mesh, some: &[u32], [slave, master]: [&[u32]; 2], search: Search) -> Vec<Met> {
     let tree =
         |faces: &[u32]| Tree::new(faces.iter().map(|&face| Bounds::around(face_coordinates(mesh, face))).collect());
     let sides = Sides { slave, own: tree(slave), master, other: tree(master) };
+    let Search { length, averted } = search;
     let of = |&face: &u32| {
-        let found = met(mesh, face, &sides, search, [false, averted]).unwrap_or_default();
+        let found = met(mesh, face, &sides, length, [false, averted]).unwrap_or_default();
         let again = averted && found.averted && found.covered == 0.0;
-        if again { met(mesh, face, &sides, search, [true; 2]).unwrap_or(found) } else { found }
+        if again { met(mesh, face, &sides, length, [true; 2]).unwrap_or(found) } else { found }
     };
-    slave.par_iter().map(of).collect()
+    some.par_iter().map(of).collect()
 }
 
 /// The part of a slave face under one master face, or a piece of both.
@@ -442,7 +458,7 @@ pub(super) fn rows(
     left_out: impl Fn(u32) -> bool,
 ) -> (Vec<Row>, f64) {
     let carriers = carriers(mesh, slave, met, edges, &keep);
-    let mut sums: HashMap<u32, Sums> = HashMap::new();
+    let mut sums: FxHashMap<u32, Sums> = FxHashMap::default();
     let stands_for = |node: &u32, area: f64| if edges.contains_key(node) { (1.0 - 2.0 * END) * area } else { area };
     let mut lost = 0.0;
     for (&face, met) in slave.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
@@ -485,7 +501,7 @@ pub(super) fn rows(
 }
 
 /// Lets nodes beyond the edge act on their neighbours as well; returns the part of its area that is left to each neighbour.
-fn act_within(overhang: &Overhang, sums: &mut HashMap<u32, Sums>) -> HashMap<u32, f64> {
+fn act_within(overhang: &Overhang, sums: &mut FxHashMap<u32, Sums>) -> FxHashMap<u32, f64> {
     let areas = sums.iter().map(|(&node, sums)| (node, sums.area)).collect();
     let (moved, left) = overhang.moved(&areas);
     let own: BTreeMap<u32, Sums> =
@@ -504,7 +520,7 @@ fn act_within(overhang: &Overhang, sums: &mut HashMap<u32, Sums>) -> HashMap<u32
 }
 
 /// The ends of the edge for each node in the middle of one.
-pub(super) type Edges = HashMap<u32, [u32; 2]>;
+pub(super) type Edges = FxHashMap<u32, [u32; 2]>;
 
 pub(super) fn edges(mesh: &Mesh, faces: &[u32]) -> Edges {
     let of_face = |&face: &u32| {

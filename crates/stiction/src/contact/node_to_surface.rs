@@ -4,7 +4,7 @@
 //! along the normal of the face. Nothing is carried between nodes, so that a uniform pressure is not reproduced by many
 //! of them: where nodes make up faces, the faces meet (`pair.rs`).
 
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::claims::{Claim, Lost, is_near};
 use super::frame::{frame_at, tied_frame_at};
@@ -31,7 +31,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// Boundary faces at some of the nodes `nodes` (ascending) that look at a face of the master: what the nodes stand for.
 pub(crate) fn faces_around(mesh: &Mesh, nodes: &[u32], master: &[u32]) -> Vec<u32> {
-    let own: HashSet<u32> = master.iter().copied().collect();
+    let own: FxHashSet<u32> = master.iter().copied().collect();
     let towards = master.iter().map(|&face| mesh.face_normal(face as usize)).fold([0.0; 3], add);
     let looks = |face: &u32| {
         let has_node = mesh.faces[*face as usize].nodes().iter().any(|node| nodes.binary_search(node).is_ok());
@@ -52,9 +52,9 @@ struct Search<'a> {
 struct Nodes<'a> {
     search: Search<'a>,
     /// Normals of the faces around each.
-    outward: HashMap<u32, Vec<V3>>,
+    outward: FxHashMap<u32, Vec<V3>>,
     /// The area that each stands for.
-    area: HashMap<u32, f64>,
+    area: FxHashMap<u32, f64>,
 }
 
 impl<'a> Nodes<'a> {
@@ -65,7 +65,7 @@ impl<'a> Nodes<'a> {
             tree: Tree::new(master.faces.iter().map(|&face| Bounds::around(face_coordinates(mesh, face))).collect()),
             reach: master.search.unwrap_or_else(|| reach(mesh, surface, master)),
         };
-        let mut outward: HashMap<u32, Vec<V3>> = HashMap::new();
+        let mut outward: FxHashMap<u32, Vec<V3>> = FxHashMap::default();
         for &face in &surface.faces {
             let normal = mesh.face_normal(face as usize);
             mesh.faces[face as usize].nodes().iter().for_each(|&node| outward.entry(node).or_default().push(normal));
@@ -90,9 +90,9 @@ pub(super) fn claims_of_nodes(
     surface: &ContactSurface,
     master: &Master,
     nodes: &[u32],
-) -> HashMap<u32, Claim> {
+) -> FxHashMap<u32, Claim> {
     let found = Nodes::new(mesh, surface, master);
-    let others: HashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();
+    let others: FxHashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();
     let of = |&node: &u32| {
         let (area, foot) = found.foot(node);
         let Foot { normal, distance, .. } = foot.filter(|_| !others.contains(&node))?;
@@ -158,7 +158,7 @@ pub(super) fn points_of_nodes(
     surface: &ContactSurface,
     master: &Master,
     nodes: &[u32],
-    (lost, taken): (&HashMap<u32, Lost>, &HashSet<u32>),
+    (lost, taken): (&FxHashMap<u32, Lost>, &FxHashSet<u32>),
 ) -> Result<(Vec<Point>, SurfaceFacts), Error> {
     let mut points = Vec::new();
     if master.faces.is_empty() {
@@ -175,7 +175,7 @@ pub(super) fn points_of_nodes(
         ..PairFacts::default()
     };
     let mut found = SurfaceFacts::named(&surface.name);
-    let others: HashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();
+    let others: FxHashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();
     let tied = surface.friction == SurfaceFriction::Bonded;
     for &node in nodes {
         let x = mesh.nodes[node as usize];
@@ -221,7 +221,7 @@ pub(super) fn points_of_nodes(
         refuse_dragging(&constrained, imposed, along, node, x, &surface.friction, &tangents)?;
         let others = weights.into_iter().map(|(other, weight)| (other, -weight)).collect();
         let row = Row { node, area, unity_sum: 1.0, others };
-        let gap = initial_gap(mesh, &row, normal, &master.gap, &HashMap::new());
+        let gap = initial_gap(mesh, &row, normal, &master.gap, &FxHashMap::default());
         let gap = resolved_gap(mesh, &row, gap, &master.gap);
         found.guided += usize::from(frame[2] == [0.0; 3]);
         found.held_along_surface += usize::from(is_held_along(dofs, node, &tangents));

@@ -1,4 +1,4 @@
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use super::obstacle::unit;
 use crate::fem::{DofMap, direction, normal_sums};
@@ -33,10 +33,10 @@ struct Edge {
 /// that does not count for a node (the arguments of `counts`) has no part in its normal.
 pub(super) fn normals(mesh: &Mesh, faces: &[u32], dofs: &DofMap, counts: &dyn Fn(u32, u32) -> bool) -> Vec<(u32, V3)> {
     let mut normals = turned_together(normal_sums(mesh, faces, counts), dofs);
-    let of: HashMap<u32, V3> = normals.iter().copied().collect();
+    let of: FxHashMap<u32, V3> = normals.iter().copied().collect();
     let across = planes(mesh, faces, dofs);
     let constrained = |node: u32, d: V3| still(dofs, node).map(|q| dot(q, d).powi(2)).sum::<f64>() > 1.0 - SAME;
-    let mut edges: HashMap<u32, Vec<Edge>> = HashMap::new();
+    let mut edges: FxHashMap<u32, Vec<Edge>> = FxHashMap::default();
     for &face in faces {
         let nodes = mesh.faces[face as usize].nodes();
         for &node in nodes.iter().filter(|node| counts(face, **node)) {
@@ -95,8 +95,8 @@ pub(crate) fn still(dofs: &DofMap, node: u32) -> impl Iterator<Item = V3> {
 
 /// The normals of the planes of symmetry each node may lie on. Of the axes of a turned node the first alone is sure to be
 /// one; where slanted planes meet the nodes around it know the others.
-fn planes(mesh: &Mesh, faces: &[u32], dofs: &DofMap) -> HashMap<u32, Vec<V3>> {
-    let mut planes: HashMap<u32, Vec<V3>> = HashMap::new();
+fn planes(mesh: &Mesh, faces: &[u32], dofs: &DofMap) -> FxHashMap<u32, Vec<V3>> {
+    let mut planes: FxHashMap<u32, Vec<V3>> = FxHashMap::default();
     for &face in faces {
         let nodes = mesh.faces[face as usize].nodes();
         for &node in nodes {

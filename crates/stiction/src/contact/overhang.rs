@@ -6,7 +6,9 @@
 //! `phi_k(x) / phi_o(x)` times the jumps of its neighbours, and these stand for so much less of its area. A constant pressure and all
 //! displacements that can be constrained are as before; what is left out are resultants beyond the edge.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::BTreeMap;
+
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::flat::{Flat, P2};
 use super::mortar::{Edges, Met, PerNode};
@@ -67,7 +69,7 @@ pub(super) struct Overhang {
     /// neighbour reaches farther.
     shifts: Vec<(u32, BTreeMap<u32, f64>)>,
     /// Those without a place of their own.
-    pub(super) dropped: HashSet<u32>,
+    pub(super) dropped: FxHashSet<u32>,
 }
 
 /// Values that differ by rounding are the same, so that nodes do not change places where a mesh is turned.
@@ -87,7 +89,7 @@ impl Overhang {
         edges: &Edges,
         carries: impl Fn(u32, u32) -> bool,
     ) -> Overhang {
-        let mut reach: HashMap<u32, f64> = HashMap::new();
+        let mut reach: FxHashMap<u32, f64> = FxHashMap::default();
         let mut faces = InFaces::new();
         for (at, (&face, met)) in slave.iter().zip(met).enumerate().filter(|(_, (_, met))| met.covered > 0.0) {
             for (i, &node) in mesh.faces[face as usize].nodes().iter().enumerate().filter(|(_, n)| carries(face, **n)) {
@@ -106,7 +108,7 @@ impl Overhang {
             (None, _) => false,
         };
         // Middles of edges are measured from the ends, which cannot be measured from them.
-        let ends: HashSet<u32> = edges.values().flatten().copied().collect();
+        let ends: FxHashSet<u32> = edges.values().flatten().copied().collect();
         let of_face = |at: usize| mesh.faces[slave[at] as usize].nodes();
         let least = if edges.is_empty() { ROUNDING } else { SMALL_PART };
         let mut overhang = Overhang::default();
@@ -150,7 +152,7 @@ impl Overhang {
             overhang.shifts.push((o, parts));
         }
         overhang.shifts.sort_by(|a, b| reach[&a.0].total_cmp(&reach[&b.0]).then(b.0.cmp(&a.0)));
-        let mut links: HashMap<u32, usize> = HashMap::new();
+        let mut links: FxHashMap<u32, usize> = FxHashMap::default();
         for (o, parts) in overhang.shifts.iter_mut().rev() {
             let of = |k: &u32| links.get(k).copied().unwrap_or(0);
             parts.retain(|k, _| of(k) < MOST_LINKS);
@@ -162,7 +164,10 @@ impl Overhang {
 
     /// For nodes with multipliers, given their `areas`: the neighbours each acts on as well, with their parts of it, and of each node the part of
     /// its area that is left.
-    pub(super) fn moved(&self, areas: &HashMap<u32, f64>) -> (BTreeMap<u32, BTreeMap<u32, f64>>, HashMap<u32, f64>) {
+    pub(super) fn moved(
+        &self,
+        areas: &FxHashMap<u32, f64>,
+    ) -> (BTreeMap<u32, BTreeMap<u32, f64>>, FxHashMap<u32, f64>) {
         let (mut moved, mut taken): (BTreeMap<u32, BTreeMap<u32, f64>>, BTreeMap<u32, f64>) = Default::default();
         let kept = |k: u32, taken: &BTreeMap<u32, f64>| {
             let (area, most) = (areas[&k], (1.0 - LEAST_AREA) * areas[&k]);

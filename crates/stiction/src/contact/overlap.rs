@@ -12,10 +12,10 @@
 //! averages of gaps from being negative, not every gap. What a mesh overlaps by before anything moves is a matter of the
 //! mesh.
 
-use std::collections::HashSet;
 use std::sync::OnceLock;
 
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 use super::entered::{Motion, OFF_BORDER, between_nodes, got_in};
 use super::mortar::FACING;
@@ -248,7 +248,7 @@ impl<'a> Check<'a> {
             if self.spread <= pair.search {
                 continue; // so far apart nothing comes together
             }
-            let against: HashSet<u32> = master.faces.iter().copied().collect();
+            let against: FxHashSet<u32> = master.faces.iter().copied().collect();
             let faces = surface.faces.par_iter().filter(|&&face| !self.is_held(i, face));
             let of_face = |&face: &u32| {
                 let triangles = self.outer.of_face(face);
@@ -259,7 +259,7 @@ impl<'a> Check<'a> {
         found
     }
 
-    fn approach(&self, i: usize, t: u32, search: f64, against: &HashSet<u32>, now: &Moved) -> Vec<Overlap> {
+    fn approach(&self, i: usize, t: u32, search: f64, against: &FxHashSet<u32>, now: &Moved) -> Vec<Overlap> {
         let skin = self.still();
         let normal = skin.normal[t as usize];
         let moved =

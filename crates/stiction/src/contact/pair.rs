@@ -5,7 +5,7 @@
 //! multiplier (prescribed, used by another contact, a node of both surfaces, hardly covered) leaves its function to its
 //! neighbours, in whose rows it then appears; their partition-of-unity sum says how much more than their own force they stand for.
 
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::claims::{Claim, Lost, is_near};
 use super::false_overlap::without_false_overlap;
@@ -13,7 +13,7 @@ use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::held::{Below, is_held_along};
 use super::levels::Level;
-use super::mortar::{Edges, Met, Row, edges, meet, rows};
+use super::mortar::{Edges, Met, Row, Search, edges, meet, rows};
 use super::normals::normals;
 use super::overhang::Overhang;
 use super::patches::Patches;
@@ -49,12 +49,23 @@ pub(super) struct Matched<'a> {
     /// Of each node the areas of its faces, ascending.
     areas: Vec<TributaryArea>,
     /// Of each node the area under which the master lies, and this times the distance.
-    covered: HashMap<u32, [f64; 2]>,
+    covered: FxHashMap<u32, [f64; 2]>,
     /// The nodes of the master.
-    others: HashSet<u32>,
+    others: FxHashSet<u32>,
     edges: Edges,
     /// The nodes beyond the edge of the master.
     overhang: Overhang,
+}
+
+/// How many faces both surfaces of a pair have.
+fn common_faces(surface: &ContactSurface, master: &Master) -> usize {
+    let own: FxHashSet<u32> = surface.faces.iter().copied().collect();
+    master.faces.iter().filter(|face| own.contains(face)).count()
+}
+
+/// Whether a pair has surfaces that can meet.
+pub(super) fn is_posed(surface: &ContactSurface, master: &Master) -> bool {
+    !surface.faces.is_empty() && !master.faces.is_empty() && common_faces(surface, master) == 0
 }
 
 /// What becomes of a node.
@@ -68,13 +79,15 @@ enum Standing {
 }
 
 impl<'a> Matched<'a> {
+    /// What the faces meet is found unless it is `known`.
+    ///
     /// # Errors
     /// Surfaces without faces or with common ones.
     pub(super) fn new(
         mesh: &'a Mesh,
         dofs: &DofMap,
-        surface: &'a ContactSurface,
-        master: &'a Master,
+        (surface, master): (&'a ContactSurface, &'a Master),
+        known: Option<Vec<Met>>,
     ) -> Result<Matched<'a>, Error> {
         for (faces, key) in [(&surface.faces, "on"), (&master.faces, "against")] {
             if faces.is_empty() {
@@ -82,8 +95,7 @@ impl<'a> Matched<'a> {
                 return Err(Error::new("", "a surface of the pair has no faces", remedy));
             }
         }
-        let own: HashSet<u32> = surface.faces.iter().copied().collect();
-        let both = master.faces.iter().filter(|face| own.contains(face)).count();
+        let both = common_faces(surface, master);
         if both > 0 {
             let remedy = "name two surfaces without common faces in `on` and `against`";
             return Err(Error::new(
@@ -94,10 +106,11 @@ impl<'a> Matched<'a> {
         }
         let search = master.search.unwrap_or_else(|| default_search(mesh, &surface.faces, &master.faces));
         let tied = surface.friction == SurfaceFriction::Bonded;
-        let met = meet(mesh, &surface.faces, &master.faces, search, tied);
+        let search_of = Search { length: search, averted: tied };
+        let met = known.unwrap_or_else(|| meet(mesh, &surface.faces, &master.faces, search_of));
         let patches = Patches::new(mesh, &surface.faces, &met, tied);
         let outward = normals(mesh, &surface.faces, dofs, &|face, node| patches.shapes(face, node));
-        let mut covered: HashMap<u32, [f64; 2]> = HashMap::new();
+        let mut covered: FxHashMap<u32, [f64; 2]> = FxHashMap::default();
         for (&face, met) in surface.faces.iter().zip(&met) {
             for (&node, area) in mesh.faces[face as usize].nodes().iter().zip(met.areas) {
                 let area = if patches.carries(face, node) { area } else { 0.0 };
@@ -112,7 +125,7 @@ impl<'a> Matched<'a> {
             Matched { mesh, surface, master, search, met, patches, outward, areas, covered, others, edges, overhang };
         // Forces of a tie have any direction: together their resultant lies where it has to.
         if !tied {
-            let carrying: HashSet<u32> = matched.carrying(dofs).map(|(node, ..)| node).collect();
+            let carrying: FxHashSet<u32> = matched.carrying(dofs).map(|(node, ..)| node).collect();
             let carries = |face: u32, node: u32| matched.patches.carries(face, node) && carrying.contains(&node);
             matched.overhang = Overhang::new(mesh, &surface.faces, &matched.met, &matched.edges, carries);
         }
@@ -153,7 +166,7 @@ impl<'a> Matched<'a> {
     }
 
     /// Of the nodes that could carry a multiplier.
-    pub(super) fn claims(&self, dofs: &DofMap) -> HashMap<u32, Claim> {
+    pub(super) fn claims(&self, dofs: &DofMap) -> FxHashMap<u32, Claim> {
         let levels = self.levels();
         let of = |(node, normal, whole): (u32, V3, f64)| {
             let (distance, covered) = (self.distance(node), self.covered[&node][0]);
@@ -163,8 +176,8 @@ impl<'a> Matched<'a> {
     }
 
     /// Where each node meets the master, in the mean over its faces.
-    fn levels(&self) -> HashMap<u32, Level> {
-        let mut sums: HashMap<u32, (f64, Level)> = HashMap::new();
+    fn levels(&self) -> FxHashMap<u32, Level> {
+        let mut sums: FxHashMap<u32, (f64, Level)> = FxHashMap::default();
         for (&face, met) in self.surface.faces.iter().zip(&self.met) {
             for (&node, area) in self.mesh.faces[face as usize].nodes().iter().zip(met.areas) {
                 if area > 0.0 && self.patches.carries(face, node) {
@@ -198,8 +211,8 @@ impl<'a> Matched<'a> {
 pub(super) fn points_of_pair(
     matched: &Matched,
     dofs: &DofMap,
-    lost: &HashMap<u32, Lost>,
-    taken: &HashSet<u32>,
+    lost: &FxHashMap<u32, Lost>,
+    taken: &FxHashSet<u32>,
 ) -> Result<(Vec<Point>, SurfaceFacts), Error> {
     let mut points = Vec::new();
     let Matched { mesh, surface, master, search, ref met, ref patches, ref edges, ref overhang, .. } = *matched;
@@ -218,7 +231,7 @@ pub(super) fn points_of_pair(
     };
     let mut found = SurfaceFacts::named(&surface.name);
     let frames = frames(matched, dofs, (lost, taken), &mut facts, &mut found)?;
-    let outward: HashMap<u32, V3> = matched.outward.iter().copied().collect();
+    let outward: FxHashMap<u32, V3> = matched.outward.iter().copied().collect();
     let distances = distances(mesh, &surface.faces, met, patches);
     // Faces that do not count for a node are left to others than those that do: what lies behind is at another distance.
     let keep = |face: u32, node: u32| match (patches.carries(face, node), frames.contains_key(&node)) {
@@ -292,7 +305,7 @@ pub(crate) fn area_met_when_moved(
         there.nodes[node as usize] = moved(mesh.nodes[node as usize]);
     }
     let tied = surface.friction == SurfaceFriction::Bonded;
-    let met = meet(&there, &surface.faces, &master.faces, search, tied);
+    let met = meet(&there, &surface.faces, &master.faces, Search { length: search, averted: tied });
     let whole = surface.faces.iter().map(|&face| mesh.face_area(face as usize)).sum();
     [met.iter().map(|met| met.covered).sum(), whole]
 }
@@ -309,14 +322,14 @@ pub(super) fn default_search(mesh: &Mesh, slave: &[u32], master: &[u32]) -> f64 
 fn frames(
     matched: &Matched,
     dofs: &DofMap,
-    (lost, taken): (&HashMap<u32, Lost>, &HashSet<u32>),
+    (lost, taken): (&FxHashMap<u32, Lost>, &FxHashSet<u32>),
     facts: &mut PairFacts,
     found: &mut SurfaceFacts,
-) -> Result<HashMap<u32, (V3, [V3; 3])>, Error> {
+) -> Result<FxHashMap<u32, (V3, [V3; 3])>, Error> {
     let Matched { mesh, surface, ref met, ref patches, .. } = *matched;
     let carries = |face: u32, node: u32| patches.carries(face, node);
     let below = Below::new(mesh, dofs, (&surface.faces, met), &carries, facts.face_size[0]);
-    let mut frames = HashMap::new();
+    let mut frames = FxHashMap::default();
     for (&(node, normal), tributary) in matched.outward.iter().zip(&matched.areas) {
         let whole = tributary.area;
         found.area += tributary.unity_sum() * whole;
@@ -353,8 +366,8 @@ struct Distances {
     several: bool,
 }
 
-fn distances(mesh: &Mesh, slave: &[u32], met: &[Met], patches: &Patches) -> HashMap<u32, Distances> {
-    let mut all: HashMap<u32, Distances> = HashMap::new();
+fn distances(mesh: &Mesh, slave: &[u32], met: &[Met], patches: &Patches) -> FxHashMap<u32, Distances> {
+    let mut all: FxHashMap<u32, Distances> = FxHashMap::default();
     for (&face, met) in slave.iter().zip(met) {
         for &node in mesh.faces[face as usize].nodes() {
             let empty = Distances { low: f64::INFINITY, high: f64::NEG_INFINITY, several: false };
@@ -383,7 +396,7 @@ fn gap_among(of: &Distances, gap: f64, row: &Row, stated: &InitialGap) -> f64 {
 
 /// The weighted jump of the coordinates along the normal, or what the case says it is: the weighted jump of a field as
 /// long as the gap along the normals of the slave surface, which turn where that is curved.
-pub(super) fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: &InitialGap, outward: &HashMap<u32, V3>) -> f64 {
+pub(super) fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: &InitialGap, outward: &FxHashMap<u32, V3>) -> f64 {
     let x = mesh.nodes[row.node as usize];
     let meshed = || {
         let along = |&(other, weight): &(u32, f64)| weight * dot(normal, sub(mesh.nodes[other as usize], x));

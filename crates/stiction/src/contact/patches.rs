@@ -4,7 +4,9 @@
 //! other surface; where that one ends and another part of it lies behind or beyond a step, it is that of the nearer part. In a face that
 //! is left out its neighbours carry for the node, as for any node without a multiplier.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet};
+
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::flat::area;
 use super::levels::Level;
@@ -24,11 +26,11 @@ const LEAST_PART: f64 = 0.02;
 #[derive(Debug, Default)]
 pub(super) struct Patches {
     /// The smooth side of the surface that each face is of.
-    side: HashMap<u32, u32>,
+    side: FxHashMap<u32, u32>,
     /// On another side of a sharp edge.
-    across_edge: HashSet<(u32, u32)>,
+    across_edge: FxHashSet<(u32, u32)>,
     /// On a farther part of the other surface.
-    behind: HashSet<(u32, u32)>,
+    behind: FxHashSet<(u32, u32)>,
 }
 
 impl Patches {
@@ -52,7 +54,7 @@ impl Patches {
             patches.across_edge.extend(left_out.map(|i| (node, slave[i])));
         }
         // A strip of single faces between two edges would carry nothing: its nodes keep the mean of the sides.
-        let strips: HashSet<u32> = (slave.iter().zip(met))
+        let strips: FxHashSet<u32> = (slave.iter().zip(met))
             .filter(|(_, met)| met.covered > 0.0)
             .map(|(&face, _)| (face, mesh.faces[face as usize].nodes()))
             .filter(|(face, nodes)| nodes.iter().all(|&node| !patches.shapes(*face, node)))
@@ -86,7 +88,7 @@ impl Patches {
 
 /// For each face the first of the smooth side it is of: sides end at sharp edges, so that all nodes of an edge choose alike.
 fn sides(mesh: &Mesh, slave: &[u32]) -> Vec<usize> {
-    let mut of_edge: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
+    let mut of_edge: FxHashMap<[u32; 2], Vec<usize>> = FxHashMap::default();
     for (i, &face) in slave.iter().enumerate() {
         let corners = mesh.faces[face as usize].corners();
         for (k, &corner) in corners.iter().enumerate() {
@@ -177,7 +179,7 @@ fn behind(patches: &Patches, node: u32, slave: &[u32], met: &[Met], around: &[us
     let nodes = |i: usize| met[i].masters.iter().map(|entry| entry.0);
     let is_near = |&i: &usize| met[i].distance <= limit && !is_beyond_step(i);
     let (near, mut behind): (Vec<usize>, Vec<usize>) = meets.into_iter().partition(is_near);
-    let mut reached: HashSet<u32> = near.into_iter().flat_map(nodes).collect();
+    let mut reached: FxHashSet<u32> = near.into_iter().flat_map(nodes).collect();
     while let Some(place) = behind.iter().position(|&i| nodes(i).any(|node| reached.contains(&node))) {
         reached.extend(nodes(behind.swap_remove(place)));
     }
@@ -188,12 +190,12 @@ fn behind(patches: &Patches, node: u32, slave: &[u32], met: &[Met], around: &[us
 /// lies behind, the dual functions, negative in places, would make an overlap of two distances. Whether parts that do not
 /// hang together are left.
 pub(super) fn keep_nearest_part(mesh: &Mesh, segments: &mut Vec<Segment>, whole: f64) -> bool {
-    let mut parts: Vec<(HashSet<u32>, Vec<usize>)> = Vec::new();
+    let mut parts: Vec<(FxHashSet<u32>, Vec<usize>)> = Vec::new();
     for (k, segment) in segments.iter().enumerate() {
         let nodes = mesh.faces[segment.face as usize].nodes();
         let (joined, apart): (Vec<_>, Vec<_>) =
             parts.into_iter().partition(|(known, _)| nodes.iter().any(|node| known.contains(node)));
-        let mut part = (nodes.iter().copied().collect::<HashSet<u32>>(), vec![k]);
+        let mut part = (nodes.iter().copied().collect::<FxHashSet<u32>>(), vec![k]);
         for (known, members) in joined {
             part.0.extend(known);
             part.1.extend(members);

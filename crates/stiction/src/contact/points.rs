@@ -1,6 +1,6 @@
 //! Contact points: on an obstacle, and what all have in common.
 
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::claims::{Claim, Lost, is_near};
 use super::false_overlap::without_false_overlap;
@@ -51,7 +51,7 @@ pub(super) fn claims_on_obstacle(
     dofs: &DofMap,
     surface: &ContactSurface,
     obstacle: &Obstacle,
-) -> HashMap<u32, Claim> {
+) -> FxHashMap<u32, Claim> {
     let facing = faces_that_look(mesh, &surface.faces, obstacle);
     let faces = facing.as_ref().unwrap_or(&surface.faces);
     let of = |(patch, (node, outward)): (TributaryArea, (u32, [f64; 3]))| {
@@ -72,7 +72,7 @@ pub(super) fn points_on_obstacle(
     dofs: &DofMap,
     surface: &ContactSurface,
     obstacle: &Obstacle,
-    (lost, tied_elsewhere): (&HashMap<u32, Lost>, &HashSet<u32>),
+    (lost, tied_elsewhere): (&FxHashMap<u32, Lost>, &FxHashSet<u32>),
 ) -> Result<(Vec<Point>, SurfaceFacts), Error> {
     let mut points = Vec::new();
     if surface.faces.is_empty() {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::layer::add_layer;
 use super::rows::jump;
 use super::{
-    Bodies, Body, Contact, ContactProblem, ContactSurface, Elastic, Labels, PosedPoints, Supports, SurfaceFacts,
+    AllMet, Bodies, Body, Contact, ContactProblem, ContactSurface, Elastic, Labels, PosedPoints, Supports, SurfaceFacts,
 };
 use crate::Error;
 use crate::fem::FeModel;
@@ -33,7 +33,8 @@ pub fn pose(
     model: &mut FeModel,
     surfaces: &[ContactSurface],
 ) -> Result<(ContactProblem, Vec<SurfaceFacts>), Error> {
-    let (points, (of_node, list)) = rayon::join(|| PosedPoints::new(mesh, &model.dofs, surfaces), || bodies_of(mesh));
+    let (points, (of_node, list)) =
+        rayon::join(|| PosedPoints::new(mesh, &model.dofs, surfaces, AllMet::default()), || bodies_of(mesh));
     let (points, facts) = points?;
     Ok((pose_points(mesh, model, points, centroid(mesh), &of_node, list), facts))
 }

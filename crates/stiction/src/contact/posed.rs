@@ -1,8 +1,11 @@
 //! The contact points of a whole mesh, for problems on pieces of it.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
+use rustc_hash::FxHashMap;
+
+use super::meeting::AllMet;
 use super::points::Point;
 use super::rows::all_points;
 use super::{ContactSurface, Friction, InterfaceStiffness, Pair, SurfaceFacts};
@@ -28,7 +31,7 @@ type Numbers = [f64; 22];
 
 impl PosedPoints {
     /// The points of these surfaces on a mesh whose prescribed displacements are those of `dofs`; of the mesh nodes and faces
-    /// are read.
+    /// are read. What faces meet is found unless it is `known`.
     ///
     /// # Errors
     /// As of [`pose`](super::pose()).
@@ -36,8 +39,9 @@ impl PosedPoints {
         mesh: &Mesh,
         dofs: &DofMap,
         surfaces: &[ContactSurface],
+        known: AllMet,
     ) -> Result<(PosedPoints, Vec<SurfaceFacts>), Error> {
-        let (points, facts) = all_points(mesh, dofs, surfaces)?;
+        let (points, facts) = all_points(mesh, dofs, surfaces, known)?;
         let mut first = 0;
         let pair = |facts: &SurfaceFacts| {
             first += facts.points;
@@ -76,7 +80,7 @@ impl PosedPoints {
     pub(crate) fn links(&self) -> Vec<Vec<u32>> {
         // The row of `K` of a node with a layer has the springs of the layer, and is complete where the point there is known.
         let with_layer = self.points.iter().filter(|point| point.stiffness.is_some()).map(|point| (point.node, point));
-        let with_layer: HashMap<u32, &Point> = with_layer.collect();
+        let with_layer: FxHashMap<u32, &Point> = with_layer.collect();
         let beyond = |node: u32| with_layer.get(&node).into_iter().flat_map(|point| point.others.iter().map(|it| it.0));
         let linked = self.points.iter().filter(|point| !point.others.is_empty());
         let nodes = |point: &Point| {

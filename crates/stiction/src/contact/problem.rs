@@ -1,8 +1,8 @@
-use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 use super::Friction;
 use crate::Error;
@@ -415,7 +415,7 @@ fn check_middles(middles: &[[u32; 3]], has_nodes: bool) -> Result<(), Error> {
         let remedy = "give `elastic.node_of`, or no `elastic.middles`";
         return Err(wrong("elastic.middles names nodes, and `elastic.node_of` is missing".into(), remedy));
     }
-    let mut seen = HashSet::new();
+    let mut seen = FxHashSet::default();
     if let Some([node, ..]) = middles.iter().find(|[node, ..]| !seen.insert(*node)) {
         let what = format!("elastic.middles: node {node} is in the middle of two edges");
         return Err(wrong(what, "name each middle once, with the ends of its edge"));
@@ -434,7 +434,7 @@ fn scattered_node(node_of: &[u32]) -> Option<u32> {
     if node_of.is_sorted() {
         return None;
     }
-    let mut seen = HashSet::new();
+    let mut seen = FxHashSet::default();
     node_of.chunk_by(|a, b| a == b).map(|run| run[0]).find(|&node| !seen.insert(node))
 }
 

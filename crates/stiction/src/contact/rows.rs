@@ -1,10 +1,11 @@
 //! From surfaces to contact points and the rows of `B`; for those who assemble elsewhere without a stiffness.
 
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::chains::Chains;
 use super::claims::{Claims, Lost, SIDE, Shares};
 use super::followers::merge;
+use super::meeting::AllMet;
 use super::node_to_surface::points_of_nodes;
 use super::pair::points_of_pair;
 use super::points::{Point, faces_that_look, points_on_obstacle};
@@ -42,7 +43,7 @@ pub fn contact_rows(
     dofs: &DofMap,
     surfaces: &[ContactSurface],
 ) -> Result<(ContactRows, Vec<SurfaceFacts>), Error> {
-    let (points, facts) = all_points(mesh, dofs, surfaces)?;
+    let (points, facts) = all_points(mesh, dofs, surfaces, AllMet::default())?;
     let (free, prescribed) = jump(dofs, &points);
     let mut entries: Vec<(usize, usize, f64)> = Vec::with_capacity(free.value.len() + prescribed.value.len());
     for (part, places) in [(&free, &dofs.free), (&prescribed, &dofs.prescribed)] {
@@ -63,15 +64,16 @@ pub fn contact_rows(
 ///
 /// At any time a node carries the points of one surface only where pairs are concerned: see [`claims`](super::claims). Bonded surfaces
 /// get their points first, then those that may touch an obstacle, then pairs. Nodes that several obstacles have in common
-/// stay with each.
+/// stay with each. What faces meet is found unless it is `known`.
 pub(super) fn all_points(
     mesh: &Mesh,
     dofs: &DofMap,
     surfaces: &[ContactSurface],
+    known: AllMet,
 ) -> Result<(Vec<Point>, Vec<SurfaceFacts>), Error> {
     let bonded = |s: &ContactSurface| s.friction == SurfaceFriction::Bonded;
     let mut order: Vec<usize> = (0..surfaces.len()).collect();
-    let mut claims = Claims::new(mesh, dofs, surfaces);
+    let mut claims = Claims::new(mesh, dofs, surfaces, known);
     order.sort_by_key(|&i| {
         (!bonded(&surfaces[i]), matches!(surfaces[i].against, Counterpart::Surface(_)), claims.places[i])
     });
@@ -84,7 +86,7 @@ pub(super) fn all_points(
     let mut made: Vec<Vec<(Version, Excluded)>> = surfaces.iter().map(|_| Vec::new()).collect();
     for (place, span) in spans.iter().enumerate() {
         let Shares { lost, .. } = claims.shares(&span.surfaces);
-        let (mut tied, mut chains) = (HashSet::new(), Chains::default());
+        let (mut tied, mut chains) = (FxHashSet::default(), Chains::default());
         for &number in order.iter().filter(|number| span.surfaces.contains(number)) {
             let (surface, lost) = (&surfaces[number], &lost[number]);
             let taken = taken(mesh, surface, &chains);
@@ -125,7 +127,12 @@ pub(super) fn all_points(
 /// The nodes of a surface that others have, ascending, and how it has lost them.
 type Excluded = Vec<(u32, Option<Lost>, [bool; 2])>;
 
-fn excluded(mesh: &Mesh, surface: &ContactSurface, lost: &HashMap<u32, Lost>, sets: [&HashSet<u32>; 2]) -> Excluded {
+fn excluded(
+    mesh: &Mesh,
+    surface: &ContactSurface,
+    lost: &FxHashMap<u32, Lost>,
+    sets: [&FxHashSet<u32>; 2],
+) -> Excluded {
     let of_node = |node: u32| (node, lost.get(&node).copied(), sets.map(|set| set.contains(&node)));
     named(mesh, surface)
         .into_iter()
@@ -140,7 +147,7 @@ fn points_of<'a>(
     claims: &mut Claims<'a>,
     (mesh, dofs): (&Mesh, &DofMap),
     (surfaces, number): (&'a [ContactSurface], usize),
-    (lost, tied, mut taken): (&HashMap<u32, Lost>, &HashSet<u32>, HashSet<u32>),
+    (lost, tied, mut taken): (&FxHashMap<u32, Lost>, &FxHashSet<u32>, FxHashSet<u32>),
     chains: &Chains,
 ) -> Result<(Vec<Point>, SurfaceFacts), Error> {
     let surface = &surfaces[number];
@@ -165,18 +172,18 @@ fn points_of<'a>(
 }
 
 /// The nodes of a pair that may have no point, because they are [`taken`](Chains::is_taken) by earlier ones.
-fn taken(mesh: &Mesh, surface: &ContactSurface, chains: &Chains) -> HashSet<u32> {
-    let Counterpart::Surface(master) = &surface.against else { return HashSet::new() };
+fn taken(mesh: &Mesh, surface: &ContactSurface, chains: &Chains) -> FxHashSet<u32> {
+    let Counterpart::Surface(master) = &surface.against else { return FxHashSet::default() };
     if chains.is_empty() {
-        return HashSet::new();
+        return FxHashSet::default();
     }
     let opposite = around(mesh, &master.faces);
     named(mesh, surface).into_iter().filter(|&node| chains.is_taken(node, &opposite)).collect()
 }
 
 /// The nodes of a surface and of the faces that go on from it without a sharp edge.
-fn around(mesh: &Mesh, faces: &[u32]) -> HashSet<u32> {
-    let mut normals: HashMap<u32, V3> = HashMap::new();
+fn around(mesh: &Mesh, faces: &[u32]) -> FxHashSet<u32> {
+    let mut normals: FxHashMap<u32, V3> = FxHashMap::default();
     for &face in faces {
         let normal = mesh.face_normal(face as usize);
         for &node in mesh.faces[face as usize].nodes() {

@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::held::held_along;
-use super::mortar::meet;
+use super::mortar::{Search, meet};
 use super::pair::default_search;
 use super::{ContactSurface, Counterpart, InitialGap, Master, SurfaceFriction};
 use crate::fem::DofMap;
@@ -138,7 +138,12 @@ pub fn reverse_where_constrained(mesh: &Mesh, dofs: &DofMap, surface: &mut Conta
         return None;
     }
     let search = master.search.unwrap_or_else(|| default_search(mesh, &surface.faces, &master.faces));
-    let met = meet(mesh, &master.faces, &fixed, search, surface.friction == SurfaceFriction::Bonded);
+    let met = meet(
+        mesh,
+        &master.faces,
+        &fixed,
+        Search { length: search, averted: surface.friction == SurfaceFriction::Bonded },
+    );
     let faces = master.faces.iter().zip(&met).filter(|(_, met)| met.covered > 0.0).map(|(&face, _)| face);
     let faces: Vec<u32> = faces.collect();
     if faces.iter().all(all_constrained) {

@@ -1,6 +1,6 @@
 //! How much of the loads on floating bodies friction can take up at given normal forces: limit analysis.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use super::rigid::RigidMotions;
 use super::{ContactProblem, Friction};
@@ -100,7 +100,7 @@ fn least_dissipation(jumps: &[Vec<f64>], bounds: &[f64], force: &[f64]) -> Vec<f
 fn largest_displacement(problem: &ContactProblem, motions: &RigidMotions, alpha: &[f64]) -> f64 {
     let mut u = vec![0.0; problem.unknowns()];
     motions.add(alpha, &mut u);
-    let mut squares: HashMap<u32, f64> = HashMap::new();
+    let mut squares: FxHashMap<u32, f64> = FxHashMap::default();
     for (i, u) in u.iter().enumerate() {
         let node = problem.elastic.node_of.as_ref().map_or(i as u32, |of| of[i]);
         *squares.entry(node).or_default() += u * u;

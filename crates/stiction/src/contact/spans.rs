@@ -1,6 +1,6 @@
 //! Spans of time between all beginnings and ends of surfaces. In each of them a node that several name belongs to one.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use super::points::Point;
 use super::{ALWAYS, ContactSurface, Period, SurfaceFacts};
@@ -53,7 +53,7 @@ pub(super) fn united(versions: Vec<Version>) -> Option<(Vec<Point>, SurfaceFacts
     }
     let all_times: Vec<Period> = versions.iter().flat_map(|version| version.times.iter().copied()).collect();
     let mut found: Vec<(Point, Vec<Period>)> = Vec::new();
-    let mut at_node: HashMap<u32, Vec<usize>> = HashMap::new();
+    let mut at_node: FxHashMap<u32, Vec<usize>> = FxHashMap::default();
     for Version { points, times, .. } in versions {
         for point in points {
             let here = at_node.entry(point.node).or_default();

@@ -1,6 +1,6 @@
 //! Borders of a surface of triangles that lie on one another but for the last digits of their coordinates.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use crate::mesh::Bounds;
 use crate::mesh::v3::{V3, norm, sub};
@@ -19,7 +19,7 @@ pub(super) fn joined(points: &[V3], triangles: &[[u32; 3]], border: &[u32]) -> O
     }
     // Cells of twice that length: what is near is in the cell of a point or in one beside it.
     let cell = |x: V3| -> [i64; 3] { std::array::from_fn(|c| ((x[c] - bounds.low[c]) / (2.0 * near)).floor() as i64) };
-    let mut firsts: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+    let mut firsts: FxHashMap<[i64; 3], Vec<u32>> = FxHashMap::default();
     let mut to: Vec<u32> = (0..points.len() as u32).collect();
     let mut any = false;
     for &p in border {

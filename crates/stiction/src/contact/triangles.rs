@@ -1,6 +1,6 @@
 //! A surface of triangles as an obstacle: adjacency, normals and what cannot be used.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use super::Side;
 use super::stitch::joined;
@@ -26,7 +26,7 @@ pub struct RawSurface {
     pub place: &'static str,
     /// Triangles that were left out because two of their corners are the same point.
     pub collapsed: usize,
-    seen: HashMap<[u64; 3], u32>,
+    seen: FxHashMap<[u64; 3], u32>,
 }
 
 impl RawSurface {
@@ -59,7 +59,7 @@ impl RawSurface {
 
     /// Frees what only merging needs.
     pub fn finish(mut self) -> Self {
-        self.seen = HashMap::new();
+        self.seen = FxHashMap::default();
         self
     }
 }

@@ -1,7 +1,5 @@
 //! A mesh divided among ranks: the piece of each.
 
-use std::collections::{HashMap, HashSet};
-
 use super::{CellArray, CellKind, Cells, Face, Group, Mesh, MeshArrays, NodeArray, ascending, beside};
 use crate::ranks::{Wire, put, take};
 
@@ -48,48 +46,85 @@ pub fn pieces<'a>(
         .map(move |(part, cells)| piece(mesh, owner, &named, links.around(part, mesh, cells)))
 }
 
+/// For each node a list of numbers.
+struct Lists {
+    start: Vec<u32>,
+    of: Vec<u32>,
+}
+
+impl Lists {
+    /// From pairs of a node below `count` and a number.
+    fn new(count: usize, pairs: impl Iterator<Item = [u32; 2]> + Clone) -> Lists {
+        let mut start = vec![0; count + 1];
+        pairs.clone().for_each(|[v, _]| start[v as usize + 1] += 1);
+        (0..count).for_each(|v| start[v + 1] += start[v]);
+        let (mut next, mut of) = (start.clone(), vec![0; start[count] as usize]);
+        for [v, number] in pairs {
+            of[next[v as usize] as usize] = number;
+            next[v as usize] += 1;
+        }
+        Lists { start, of }
+    }
+
+    fn at(&self, v: u32) -> &[u32] {
+        &self.of[self.start[v as usize] as usize..self.start[v as usize + 1] as usize]
+    }
+}
+
+/// Nodes that are told apart from those that have come before, again and again from the beginning.
+struct Marks {
+    last: Vec<u32>,
+    now: u32,
+}
+
+impl Marks {
+    fn begin(&mut self) {
+        self.now += 1;
+    }
+
+    fn is_new(&mut self, v: u32) -> bool {
+        std::mem::replace(&mut self.last[v as usize], self.now) != self.now
+    }
+}
+
 /// Links between nodes, and the cells at these.
 struct Links {
     /// From what a node is measured.
-    from: HashMap<u32, Vec<u32>>,
+    from: Lists,
     /// The nodes measured from one.
-    measured: HashMap<u32, Vec<u32>>,
+    measured: Lists,
     /// Of each part the nodes from which others are measured.
     of_part: Vec<Vec<u32>>,
-    cells: HashMap<u32, Vec<u32>>,
+    cells: Lists,
+    marks: Marks,
 }
 
 impl Links {
     fn new(mesh: &Mesh, links: &[Vec<u32>], (owner, parts): (&[u32], usize)) -> Links {
-        let (mut from, mut measured): (HashMap<u32, Vec<u32>>, HashMap<u32, Vec<u32>>) = Default::default();
-        for link in links {
-            for &other in &link[1..] {
-                from.entry(link[0]).or_default().push(other);
-                measured.entry(other).or_default().push(link[0]);
-            }
+        let count = mesh.nodes.len();
+        let pairs = || links.iter().flat_map(|link| link[1..].iter().map(|&other| [link[0], other]));
+        let (from, measured) = (Lists::new(count, pairs()), Lists::new(count, pairs().map(|[v, other]| [other, v])));
+        let is_linked = |v: u32| !from.at(v).is_empty() || !measured.at(v).is_empty();
+        let mut cells = Vec::new();
+        for (cell, (_, nodes)) in mesh.cell_iter().enumerate().filter(|_| !links.is_empty()) {
+            cells.extend(nodes.iter().filter(|&&v| is_linked(v)).map(|&v| [v, cell as u32]));
         }
-        let mut is_linked = vec![false; mesh.nodes.len()];
-        from.keys().chain(measured.keys()).for_each(|&v| is_linked[v as usize] = true);
-        let mut cells: HashMap<u32, Vec<u32>> = HashMap::new();
-        for (cell, (_, nodes)) in mesh.cell_iter().enumerate().filter(|_| !from.is_empty()) {
-            let linked = nodes.iter().filter(|&&v| is_linked[v as usize]);
-            linked.for_each(|v| cells.entry(*v).or_default().push(cell as u32));
-        }
+        let cells = Lists::new(count, cells.iter().copied());
         let mut of_part = vec![Vec::new(); parts];
-        measured.keys().for_each(|&v| of_part[owner[v as usize] as usize].push(v));
-        Links { from, measured, of_part, cells }
+        let are_measured = (0..count as u32).filter(|&v| !measured.at(v).is_empty());
+        are_measured.for_each(|v| of_part[owner[v as usize] as usize].push(v));
+        Links { from, measured, of_part, cells, marks: Marks { last: vec![0; count], now: 0 } }
     }
 
     /// The cells of a part, from those at its nodes; asked once.
     fn around(&mut self, part: usize, mesh: &Mesh, mut cells: Vec<u32>) -> Vec<u32> {
-        let on_own = reached(std::mem::take(&mut self.of_part[part]), &self.measured);
-        let at = |nodes: &HashSet<u32>| -> Vec<u32> {
-            nodes.iter().filter_map(|v| self.cells.get(v)).flatten().copied().collect()
-        };
-        cells.extend(at(&on_own));
-        let nodes = cells.iter().flat_map(|&c| mesh.cell(c as usize).1);
-        let linked: Vec<u32> = nodes.copied().filter(|v| self.from.contains_key(v)).collect();
-        cells.extend(at(&reached(linked, &self.from)));
+        let Links { from, measured, of_part, cells: at, marks } = self;
+        let on_own = reached(std::mem::take(&mut of_part[part]), measured, marks);
+        cells.extend(on_own.into_iter().flat_map(|v| at.at(v)));
+        marks.begin();
+        let nodes = cells.iter().flat_map(|&c| mesh.cell(c as usize).1).copied();
+        let linked: Vec<u32> = nodes.filter(|&v| !from.at(v).is_empty() && marks.is_new(v)).collect();
+        cells.extend(reached(linked, from, marks).into_iter().flat_map(|v| at.at(v)));
         cells.sort_unstable();
         cells.dedup();
         cells
@@ -97,11 +132,13 @@ impl Links {
 }
 
 /// What is reached from some nodes, again and again.
-fn reached(mut begin: Vec<u32>, next: &HashMap<u32, Vec<u32>>) -> HashSet<u32> {
-    let mut found = HashSet::new();
+fn reached(mut begin: Vec<u32>, next: &Lists, marks: &mut Marks) -> Vec<u32> {
+    marks.begin();
+    let mut found = Vec::new();
     while let Some(v) = begin.pop() {
-        let new = next.get(&v).into_iter().flatten().filter(|&&w| found.insert(w));
-        begin.extend(new.collect::<Vec<_>>());
+        let before = found.len();
+        found.extend(next.at(v).iter().copied().filter(|&w| marks.is_new(w)));
+        begin.extend(&found[before..]);
     }
     found
 }

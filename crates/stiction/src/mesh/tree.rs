@@ -26,6 +26,11 @@ impl Bounds {
         }
     }
 
+    /// The box that is larger by a length on all sides.
+    pub(crate) fn grown(&self, by: f64) -> Bounds {
+        Bounds { low: self.low.map(|x| x - by), high: self.high.map(|x| x + by) }
+    }
+
     /// Whether they share a point, their boundaries included.
     pub fn meets(&self, other: &Bounds) -> bool {
         (0..3).all(|c| self.low[c] <= other.high[c] && other.low[c] <= self.high[c])

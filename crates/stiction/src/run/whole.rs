@@ -113,7 +113,7 @@ impl Levels for Run<'_, '_> {
         let folder = self.plan.folder;
         let apart = folder.filter(|_| !level.again).map(|folder| folder.join("level"));
         let plan = Plan { folder: apart.as_deref().or(folder), resume: level.again, ..*self.plan };
-        let mut indicators = Indicators::default();
+        let mut indicators = Indicators::of(level);
         let solved = self.solved(&level.case, &plan, None, Some((level, &mut indicators)));
         let discard = || apart.iter().for_each(|apart| discard_steps(apart));
         let (prepared, mut outcome, _) = solved.inspect_err(|_| discard())?;
@@ -190,8 +190,8 @@ impl<'r, 't> Run<'r, 't> {
     ) -> Result<(Prepared, Outcome, Ahead), Error> {
         let (mut case, mut plan, mut widenings) = (case.clone(), *plan, 0);
         loop {
-            if let Some((_, indicators)) = &mut level {
-                **indicators = Indicators::default();
+            if let Some((level, indicators)) = &mut level {
+                **indicators = Indicators::of(level);
             }
             let own = level.as_mut().map(|(level, indicators)| (*level, &mut **indicators));
             let (prepared, outcome, ahead) = self.attempt(&case, &plan, posed.take(), own)?;
@@ -239,7 +239,7 @@ impl<'r, 't> Run<'r, 't> {
             (Some(folder), None) => solve_writing(&prepared, &settings, folder, &mut observe)?,
             _ => (solve(&prepared, &settings, &mut observe)?, Ahead::of(&settings)),
         };
-        level.into_iter().for_each(|(_, indicators)| indicators.add(&prepared, &outcome));
+        level.into_iter().for_each(|(_, indicators)| indicators.add(&prepared, &outcome, 1.0));
         Ok((prepared, outcome, ahead))
     }
 
@@ -275,7 +275,8 @@ impl<'r, 't> Run<'r, 't> {
         // Both are told on the way.
         let tell = RefCell::new(&mut *self.tell);
         let mut keep = |prepared: &Prepared, step: &Step| {
-            level.iter_mut().for_each(|(_, indicators)| indicators.add(prepared, step.outcome));
+            let t = step.records.last().map_or(0.0, |record| record.t);
+            level.iter_mut().for_each(|(_, indicators)| indicators.add(prepared, step.outcome, t));
             let _ = (tell.borrow_mut())(Stage::Step(prepared, step));
             files.as_mut().map_or(Ok(()), |files| keep_step(files, prepared, step))
         };

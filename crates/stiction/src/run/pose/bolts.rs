@@ -9,6 +9,7 @@ use super::{Prepared, place, regions};
 use crate::Error;
 use crate::fem::{Cut, DofMap, Field, Load, Solid, cut, initial_strain};
 use crate::io::case::{BoltSpec, Case, Region, Spot, Tightening};
+use crate::io::text::number;
 use crate::mesh::v3::{V3, add, cross, dot, mean, norm, scale, sub};
 use crate::mesh::{Mesh, ascending};
 
@@ -150,10 +151,17 @@ fn by_plane(mesh: &Mesh, spec: &BoltSpec) -> Result<(Vec<u32>, Vec<u32>, V3), Er
     let nodes: Vec<u32> = mesh.cell_nodes(&beyond).into_iter().filter(|node| far.binary_search(node).is_ok()).collect();
     if nodes.is_empty() {
         let what = format!(
-            "the plane at {level} along the axis does not cut bolt \"{}\", which reaches from {low} to {high}",
+            "the plane at {level} along the axis leaves no cells of bolt \"{}\", which reaches from {low} to {high}, on both sides: \
+             it is cut along faces of cells, and a cell is beyond the plane if its centre is",
             spec.name
         );
-        return Err(spec.spot.error(what, "give a `point` of the plane between these, inside the cells of the bolt"));
+        let centres = cells.iter().map(|&cell| along(cell));
+        let [first, last] = centres.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
+        let remedy = match first < last {
+            true => format!("give a `point` at {} or more, and below {}, along the axis", number(first), number(last)),
+            false => "give the bolt more than one layer of cells along its axis".into(),
+        };
+        return Err(spec.spot.error(what, remedy));
     }
     let touching = |cell: &u32| mesh.cell(*cell as usize).1.iter().any(|node| nodes.binary_search(node).is_ok());
     Ok((beyond.into_iter().filter(touching).collect(), nodes, axis))

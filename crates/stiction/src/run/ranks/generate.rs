@@ -6,6 +6,7 @@ use std::ops::Range;
 use super::parts::{Owners, Part, PartNode, Parts};
 use super::share::Whole;
 use crate::Error;
+use crate::contact::Helpers;
 use crate::io::case::{Case, MeshSource, MeshSpec};
 use crate::mesh::v3::V3;
 use crate::mesh::{CornerBox, Grid, GridMesh, Grids, MeshNotes, MeshPiece, Turn, around};
@@ -108,13 +109,13 @@ impl Parts for Made {
         &self.kinds
     }
 
-    fn boundary(&mut self, case: &Case, parts: usize) -> Result<Whole, Error> {
+    fn boundary(&mut self, case: &Case, helpers: &Helpers) -> Result<Whole, Error> {
         let limit = MemoryLimit { divided: true, ..MemoryLimit::of(&case.solver) };
         posing_fits(self.grids.boundary_nodes(), 0.0, &limit)?;
         let mut made = self.grids.mesh_with_faces(self.grids.boundary_cells());
         made.mesh.groups = self.grids.groups(&made);
         let GridMesh { mesh, nodes, cells } = made;
-        Whole::new(case, (mesh, MeshNotes::default()), (Some([nodes, cells]), self.grids.sizes()), None, parts)
+        Whole::new(case, (mesh, MeshNotes::default()), (Some([nodes, cells]), self.grids.sizes()), None, helpers)
     }
 
     fn count(&self) -> usize {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::room;
 use super::share::{Divided, Share, Whole, enough, name};
 use crate::Error;
-use crate::contact::Body;
+use crate::contact::{Body, Helpers, help};
 use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, MaterialSpec, Region};
 use crate::mesh::v3::{Sum, V3, norm, scale, sub};
 use crate::mesh::{Cuts, Face, Group, Mesh, MeshPiece, WeightedNode, ascending};
@@ -33,7 +33,7 @@ pub(super) trait Parts: Sync {
     fn kinds(&self) -> &[Vec<u32>];
 
     /// The cells at the boundary, posed; asked of rank 0 alone.
-    fn boundary(&mut self, case: &Case, parts: usize) -> Result<Whole, Error>;
+    fn boundary(&mut self, case: &Case, helpers: &Helpers) -> Result<Whole, Error>;
 
     /// How many nodes this rank divides for all.
     fn count(&self) -> usize;
@@ -94,7 +94,12 @@ pub(super) fn share(
 ) -> Result<Result<Share, Option<Error>>, Error> {
     let nodes = parts.sizes()[0] as f64 / ranks.size() as f64;
     room::part_fits([nodes, parts.bytes()], &room::limit(case, ranks), ranks)?;
-    let posed = (ranks.rank() == 0).then(|| parts.boundary(case, ranks.size()));
+    let posed = if ranks.rank() == 0 {
+        Some(parts.boundary(case, &Helpers::new(ranks)))
+    } else {
+        help(ranks);
+        None
+    };
     let (whole, missing) = match posed {
         Some(Ok(whole)) => (Some(whole), None),
         Some(Err(error)) => (None, Some(error)),

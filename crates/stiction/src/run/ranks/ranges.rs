@@ -13,7 +13,7 @@ use super::numbering::{Numbering, number};
 use super::parts::{Owners, Part, PartNode, Parts};
 use super::share::Whole;
 use crate::Error;
-use crate::contact::Body;
+use crate::contact::{Body, Helpers};
 use crate::io::case::{AgainstSpec, Case, LoadKind, MeshSource, NodalSpec, Placing, Region};
 use crate::io::ranges::MeshRanges;
 use crate::mesh::v3::{V3, add};
@@ -191,7 +191,7 @@ impl Parts for Read {
         &self.meeting
     }
 
-    fn boundary(&mut self, case: &Case, parts: usize) -> Result<Whole, Error> {
+    fn boundary(&mut self, case: &Case, helpers: &Helpers) -> Result<Whole, Error> {
         let sizes = self.sizes();
         let boundary = self.boundary.take();
         let missing = || case.mesh.spot.error("the mesh has no boundary", "write the file again");
@@ -199,7 +199,7 @@ impl Parts for Read {
         let limit = MemoryLimit { divided: true, ..MemoryLimit::of(&case.solver) };
         posing_fits(mesh.nodes.len() as f64, 0.0, &limit)?;
         let notes = MeshNotes(coincident_nodes(&mesh.nodes, &mesh.faces, &|v| numbers[0][v] + 1).into_iter().collect());
-        Whole::new(case, (mesh, notes), (Some(numbers), sizes), Some((body_of_node, bodies)), parts)
+        Whole::new(case, (mesh, notes), (Some(numbers), sizes), Some((body_of_node, bodies)), helpers)
     }
 
     fn count(&self) -> usize {

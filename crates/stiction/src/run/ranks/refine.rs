@@ -117,7 +117,7 @@ impl Team<'_, '_> {
             let all = given.map_or(&[][..], |all| all.as_chunks::<3>().0);
             Start::Displacements(scattered(&**self.ranks, &share.piece.nodes, all))
         });
-        let mut seen = Seen::new(case);
+        let mut seen = Seen::new(case, level.map_or_else(Indicators::default, Indicators::of));
         let ranks = &**self.ranks;
         let mut look = |local: &Local, found: &Found, t: f64| {
             let whole = WholeAnswer::gathered(local, &found.everywhere, &found.shortening);
@@ -227,8 +227,8 @@ struct Seen<'a> {
 }
 
 impl<'a> Seen<'a> {
-    fn new(case: &'a Case) -> Self {
-        Seen { case, last: None, indicators: Indicators::default() }
+    fn new(case: &'a Case, indicators: Indicators) -> Self {
+        Seen { case, last: None, indicators }
     }
 
     /// Takes the answer at time `t` of all ranks as one of the whole mesh.
@@ -265,7 +265,7 @@ impl<'a> Seen<'a> {
         };
         let mut outcome = Outcome::new(solution, &Settings::of(&self.case.solver));
         outcome.estimate = Some(discretisation_error(&prepared, &outcome.solution.u));
-        self.indicators.add(&prepared, &outcome);
+        self.indicators.add(&prepared, &outcome, t);
         self.last = Some((prepared, outcome));
         Ok(())
     }

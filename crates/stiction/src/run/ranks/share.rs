@@ -11,7 +11,9 @@ use super::ranges;
 use super::scope;
 use super::ties::{self, has_ties};
 use crate::Error;
-use crate::contact::{Body, ContactSurface, Counterpart, PosedPoints, Role, SurfaceFacts, bodies_of, centroid};
+use crate::contact::{
+    Body, ContactSurface, Counterpart, Helpers, PosedPoints, Role, SurfaceFacts, bodies_of, centroid, help,
+};
 use crate::fem::{Axes, DofMap, FaceMoments, Fix, Load, Solid, dof_map};
 use crate::io::case::{Case, ContactSpec, LoadKind, NodalSpec};
 use crate::mesh::{Bounds, Cuts, Group, Mesh, MeshNotes, MeshPiece, WeightedNode, pieces};
@@ -101,7 +103,12 @@ fn of_parts(case: &Case, ranks: &dyn Ranks) -> Result<Result<Share, Option<Error
 
 /// That of a mesh that rank 0 makes or reads; `missing` is the error if it cannot hold it.
 pub(super) fn of_whole(case: &Case, missing: Option<Error>, ranks: &dyn Ranks) -> Result<Share, Error> {
-    let whole = if ranks.rank() == 0 { Whole::made(case, ranks.size(), missing).map(Some) } else { Ok(None) };
+    let whole = if ranks.rank() == 0 {
+        Whole::made(case, &Helpers::new(ranks), missing).map(Some)
+    } else {
+        help(ranks);
+        Ok(None)
+    };
     let whole = agree(ranks, whole)?;
     let nodes = whole.as_ref().map_or(Vec::new(), Whole::nodes_to_divide);
     let cuts = Cuts::new(ranks, &nodes, ranks.size());
@@ -163,22 +170,23 @@ pub(super) struct Whole {
 impl Whole {
     /// Of a mesh that is too large to be made or read the error says what its boundary or a range of it is `missing`, if that was looked
     /// at.
-    fn made(case: &Case, parts: usize, missing: Option<Error>) -> Result<Whole, Error> {
+    fn made(case: &Case, helpers: &Helpers, missing: Option<Error>) -> Result<Whole, Error> {
         let limit = MemoryLimit { divided: true, ..MemoryLimit::of(&case.solver) };
         let instead = |error: Error| if was_of_memory(&error) { missing.unwrap_or(error) } else { error };
         let (mesh, notes) = made_mesh(&case.mesh, &limit).map_err(instead)?;
         let sizes = [mesh.nodes.len() as u64, mesh.cell_count() as u64];
-        Whole::new(case, (mesh, notes), (None, sizes), None, parts)
+        Whole::new(case, (mesh, notes), (None, sizes), None, helpers)
     }
 
-    /// A case on a mesh, to be divided into so many parts. The body of each node, and the bodies, are found unless they are `known`.
+    /// A case on a mesh, to be divided among the ranks, which help to find contact. The body of each node, and the bodies, are found unless they are `known`.
     pub(super) fn new(
         case: &Case,
         (mut mesh, notes): (Mesh, MeshNotes),
         (numbers, sizes): (Option<[Vec<u64>; 2]>, [u64; 2]),
         known: Option<(Vec<u32>, Vec<Body>)>,
-        parts: usize,
+        helpers: &Helpers,
     ) -> Result<Whole, Error> {
+        let parts = helpers.ranks();
         if sizes[0] < parts as u64 {
             let what = format!("the mesh has {} nodes and there are {parts} ranks", sizes[0]);
             return Err(case.mesh.spot.error(what, "use fewer ranks"));
@@ -195,7 +203,7 @@ impl Whole {
         let dofs = dof_map(&mesh, &held, end(case)).map_err(|error| place::at(&case.mesh.spot, error))?;
         let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
         let moments = loaded_regions(case, &solid, &mut groups)?;
-        let (points, surfaces) = contact((case, numbers.is_none()), &solid, &dofs, &held, &mut groups)?;
+        let (points, surfaces) = contact((case, numbers.is_none()), &solid, &dofs, &held, (&mut groups, helpers))?;
         let kinds = surfaces.surfaces.iter().map(kind).collect();
         let contact_of = surfaces.contact_of.iter().map(|&k| k as u32).collect();
         let (bolts, bolt_facts) = bolts::of_whole(case, &solid, &dofs, &points)?;
@@ -355,7 +363,7 @@ fn contact(
     solid: &Solid,
     dofs: &DofMap,
     held: &[Fix],
-    groups: &mut Vec<Group>,
+    (groups, helpers): (&mut Vec<Group>, &Helpers),
 ) -> Result<(PosedPoints, Surfaces), Error> {
     let mesh = solid.mesh;
     refuse_loss_without_steps(&case.contacts, &case.steps)?;
@@ -378,7 +386,7 @@ fn contact(
     };
     let specs: Vec<ContactSpec> = surfaces.iter().zip(&of).map(named).collect();
     coefficients::read(mesh, &specs, &mut surfaces, end(case))?;
-    let (points, facts) = PosedPoints::new(mesh, dofs, &surfaces).map_err(|error| {
+    let (points, facts) = PosedPoints::new(mesh, dofs, &surfaces, helpers.meet(mesh, &surfaces)).map_err(|error| {
         let named = surfaces.iter().position(|surface| error.place == format!("contact \"{}\"", surface.name));
         named.map_or(error.clone(), |k| place::at(&case.contacts[of[k]].spot, error))
     })?;

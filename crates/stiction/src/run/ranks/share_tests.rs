@@ -7,7 +7,7 @@ use crate::io::case;
 use crate::io::gmsh::written::{PLAIN, Style, written};
 use crate::io::vtu_mesh::write_mesh;
 use crate::mesh::{Block, BlockElement, block, join};
-use crate::ranks::threads;
+use crate::ranks::{Alone, threads};
 
 const SIZES: [usize; 4] = [1, 2, 3, 5];
 
@@ -257,7 +257,7 @@ fn what_is_wrong_with_a_file_ends_all_ranks_with_the_words_of_the_whole() {
     for (k, bytes) in files.into_iter().enumerate() {
         std::fs::write(&file, bytes).unwrap();
         let case = case_on(&file, &format!("{STEEL}{more}"));
-        let Err(expected) = Whole::made(&case, 3, None) else { panic!("file {k} is read") };
+        let Err(expected) = Whole::made(&case, &Helpers::new(&Alone), None) else { panic!("file {k} is read") };
         let found = threads(3, |ranks| {
             (of_parts(&case, &*ranks).unwrap().err().unwrap(), share(&case, &*ranks).err().unwrap())
         });

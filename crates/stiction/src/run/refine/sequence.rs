@@ -40,6 +40,8 @@ pub struct Level {
     pub start: Option<Vec<f64>>,
     /// Whether an earlier run has solved it.
     pub again: bool,
+    /// What the first mesh leaves open of the gaps of each contact, length; empty on the first.
+    shapes: Vec<f64>,
 }
 
 /// The answer of a level.
@@ -63,6 +65,12 @@ pub struct Indicators {
     pub error: f64,
     /// The square of the error of each step so far, and of the norm it is compared with, energy.
     pub steps: Vec<[f64; 2]>,
+    /// The cells at the largest pressures at the ends of the steps of the case.
+    pub peaks: Vec<u32>,
+    /// As of [`Level`].
+    shapes: Vec<f64>,
+    /// The values at the ends of all steps of the case but the last.
+    earlier: Vec<Value>,
 }
 
 /// Of the largest energy norm of the load steps: a step with less than this part is compared with this part, because what is left of stress in
@@ -70,8 +78,18 @@ pub struct Indicators {
 const UNLOADED: f64 = 0.1;
 
 impl Indicators {
-    /// Takes the larger of what is known and the errors of `outcome`, an answer on the same mesh.
-    pub fn add(&mut self, prepared: &Prepared, outcome: &Outcome) {
+    /// Of a level of which nothing is known yet.
+    pub fn of(level: &Level) -> Indicators {
+        Indicators { shapes: level.shapes.clone(), ..Indicators::default() }
+    }
+
+    /// Those that an earlier run has kept of its last level.
+    pub(in crate::run) fn kept(cells: Vec<f64>, error: f64, peaks: Vec<u32>) -> Indicators {
+        Indicators { cells, error, peaks, ..Indicators::default() }
+    }
+
+    /// Takes the larger of what is known and the errors of `outcome`, an answer on the same mesh at time `t`.
+    pub fn add(&mut self, prepared: &Prepared, outcome: &Outcome, t: f64) {
         let Some(estimate) = &outcome.estimate else { return };
         self.steps.push([estimate.error2(), estimate.whole2()]);
         let largest = self.steps.iter().fold(0.0, |most: f64, step| most.max(step[1]));
@@ -82,6 +100,18 @@ impl Indicators {
         contact_terms(prepared, outcome).into_iter().for_each(|(cell, missed)| cells[cell as usize] += missed);
         self.cells.resize(cells.len(), 0.0);
         self.cells.iter_mut().zip(&cells).for_each(|(most, cell)| *most = most.max(*cell));
+        let steps = &prepared.loading.steps;
+        let end = steps.iter().position(|step| step.until == t);
+        if end.is_some() || steps.is_empty() {
+            self.peaks.extend(values::cells_at_peaks(prepared, outcome));
+        }
+        if end.is_some_and(|step| step + 1 < steps.len()) {
+            // Levels that an earlier version has kept have none.
+            if self.shapes.len() != prepared.surfaces.len() {
+                self.shapes = shapes(prepared);
+            }
+            self.earlier.extend(values::at_time(t, values::values(prepared, outcome, self.error, &self.shapes)));
+        }
     }
 }
 
@@ -163,6 +193,7 @@ pub fn solve_to_accuracy(
         start: (again && case.steps.is_empty()).then(|| sequence.displacement.clone()),
         case: on_mesh(&case, &bisection, &notes),
         again,
+        shapes: sequence.shapes.clone(),
     };
     let mut last: Option<(Prepared, Outcome)> = None;
     let mut seconds = Seconds::default();
@@ -213,9 +244,9 @@ pub fn solve_to_accuracy(
         let cells = &sequence.indicators.cells;
         let mut marked = marking::marked(cells, goal_of_sum(&goals, cells));
         let misses_pressure = goals.iter().any(|goal| goal.name == PRESSURE && !goal.met());
-        if let Some((prepared, outcome)) = last.as_ref().filter(|_| misses_pressure) {
+        if misses_pressure {
             // Without finer cells at a peak no mesh tells more of it.
-            marking::mark_also(&mut marked, values::cells_at_peaks(prepared, outcome));
+            marking::mark_also(&mut marked, sequence.indicators.peaks.clone());
         }
         let (finer, start) = match finer(&bisection, &marked, accuracy, &sequence.displacement) {
             Ok(finer) => finer,
@@ -229,6 +260,7 @@ pub fn solve_to_accuracy(
             start: case.steps.is_empty().then_some(start),
             case: on_mesh(&case, &bisection, &notes),
             again: false,
+            shapes: sequence.shapes.clone(),
         };
     };
     let Some((prepared, mut outcome)) = last else {
@@ -321,13 +353,14 @@ const SORTS: [(&str, Sort); 3] =
     [("forces", Sort::Force), ("displacement", Sort::Displacement), (PRESSURE, Sort::Pressure)];
 
 impl Sequence {
-    fn add(&mut self, prepared: &Prepared, outcome: &Outcome, indicators: Indicators) {
+    fn add(&mut self, prepared: &Prepared, outcome: &Outcome, mut indicators: Indicators) {
         // Levels that an earlier version has kept have none.
         if self.shapes.len() != prepared.surfaces.len() {
             self.shapes = shapes(prepared);
         }
         self.warnings = warnings(prepared, outcome, &self.shapes);
-        let values = values::values(prepared, outcome, indicators.error, &self.shapes);
+        let mut values = values::values(prepared, outcome, indicators.error, &self.shapes);
+        values.append(&mut indicators.earlier);
         let of_steps: usize = outcome.steps.iter().map(|step| step.answer.counts.steps()).sum();
         let counts = &outcome.solution.counts;
         self.levels.push(LevelRecord {

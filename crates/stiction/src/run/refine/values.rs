@@ -7,6 +7,7 @@ use super::sharp_edges::largest_at_sharp_edge;
 use crate::contact::{Friction, Pair, SurfaceFacts};
 use crate::fem::full_displacement;
 use crate::friction::PointState;
+use crate::io::text::number;
 use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, mean, norm, sub};
 use crate::run::pose::Prepared;
@@ -82,6 +83,9 @@ pub(super) struct Value {
     /// No bar is smaller: what the shape of the first mesh leaves open; none is known where that is infinite.
     #[serde(default, deserialize_with = "or_infinite")]
     pub by_shape: f64,
+    /// When it is that, where it is not at the end: at the end of an earlier load step.
+    #[serde(default)]
+    pub t: Option<f64>,
 }
 
 /// All of them, in the same order on each mesh, whose estimated error is `error`; `shapes` are those of the first mesh.
@@ -98,6 +102,7 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome, error: f64, shapes:
         at_edge: None,
         narrow: false,
         by_shape: 0.0,
+        t: None,
     };
     let mut all = Vec::new();
     let flattened: Vec<f64> = prepared.facts.contacts.iter().map(|contact| flattened(&contact.surface)).collect();
@@ -153,6 +158,12 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome, error: f64, shapes:
     let by_shape = open.iter().map(|open| open.energy).sum::<f64>();
     all.push(Value { by_shape, ..plain("energy".into(), Sort::Other, answer.energy) });
     all
+}
+
+/// Those that goals are of, as values at the end of a load step at time `t`.
+pub(super) fn at_time(t: f64, values: Vec<Value>) -> impl Iterator<Item = Value> {
+    let named = move |value: Value| Value { name: format!("{} at t = {}", value.name, number(t)), t: Some(t), ..value };
+    values.into_iter().filter(|value| value.sort != Sort::Other).map(named)
 }
 
 /// The part of the area of curved faces that the flat pieces leave out which stand for them. Contact forces along the normals of single
@@ -297,15 +308,15 @@ pub(super) fn records(levels: &[Vec<Value>], error: &[f64]) -> Vec<ValueRecord> 
     let record = |(i, value): (usize, &Value)| {
         let of_levels: Vec<&Value> = levels.iter().map(|level| &level[i]).collect();
         if is_unbounded(&of_levels) {
-            return ValueRecord { name: value.name.clone(), value: None, bar: None };
+            return ValueRecord { name: value.name.clone(), value: None, bar: None, t: value.t };
         }
-        ValueRecord { name: value.name.clone(), value: Some(value.value), bar: bar(&of_levels, error) }
+        ValueRecord { name: value.name.clone(), value: Some(value.value), bar: bar(&of_levels, error), t: value.t }
     };
     last.iter().enumerate().map(record).collect()
 }
 
-/// The largest bar of the values of a sort over the largest of these values; `None` where one has no bar yet. Values without a limit
-/// are no goal.
+/// The largest bar of the values of a sort over the largest of these values, at the ends of all load steps; `None` where one has no bar
+/// yet. Values without a limit are no goal.
 pub(super) fn worst_bar(levels: &[Vec<Value>], error: &[f64], sort: Sort) -> Option<f64> {
     let of_sort = levels.last()?.iter().zip(records(levels, error)).filter(|(value, _)| value.sort == sort);
     let bounded: Vec<(f64, Option<f64>)> =
@@ -341,6 +352,7 @@ mod tests {
             at_edge: None,
             narrow: false,
             by_shape: 0.0,
+            t: None,
         }
     }
 
@@ -379,6 +391,20 @@ mod tests {
         // But for a displacement, which is known as well as the energy.
         let displacement = |value: f64| Value { sort: Sort::Displacement, of_square: OF_SQUARE, ..plain(value) };
         assert_eq!(bar_of([5.0; 4].map(displacement), &error), Some(OF_SQUARE * 1e-4 * 5.0));
+    }
+
+    /// A body that is pressed and lifted off: no force is left at the end, and that of the step before is as far off as it was then.
+    #[test]
+    fn the_worst_bar_is_that_of_any_step() {
+        let error = [0.1, 0.05, 0.02, 0.01];
+        let level = |e: f64| {
+            let pressed = at_time(1.0, vec![plain(3.0 + 2.0 * e)]);
+            [plain(0.0)].into_iter().chain(pressed).collect::<Vec<Value>>()
+        };
+        let levels = error.map(level);
+        let worst = worst_bar(&levels, &error, Sort::Force).unwrap_or(0.0);
+        assert!((worst - SAFETY * 0.02 / 3.02).abs() < 1e-12, "{worst}");
+        assert_eq!(worst_bar(&levels.map(|level| level[..1].to_vec()), &error, Sort::Force), Some(0.0));
     }
 
     #[test]

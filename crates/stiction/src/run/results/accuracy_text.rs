@@ -20,7 +20,10 @@ pub(in crate::run) fn rows(rows: &mut Rows, accuracy: &AccuracyRecord) {
         let needed = accuracy.needed_unknowns.map(|needed| format!("; {} unknowns are needed", rounded(needed)));
         rows.more(format!("refinement ended: {why}{}", needed.unwrap_or_default()));
     }
-    accuracy.values.iter().for_each(|value| rows.more(with_bar(value)));
+    // Those of earlier load steps where a goal is one of values, which it is of.
+    let of_values = accuracy.goals.iter().any(|goal| goal.name != "energy");
+    let shown = accuracy.values.iter().filter(|value| of_values || value.t.is_none());
+    shown.for_each(|value| rows.more(with_bar(value)));
     accuracy.warnings.iter().for_each(|warning| rows.add("warning", warning.clone()));
 }
 
@@ -53,7 +56,7 @@ fn goal(goal: &GoalRecord, values: &[ValueRecord]) -> String {
 }
 
 /// A value and its bar.
-pub(super) fn with_bar(ValueRecord { name, value, bar }: &ValueRecord) -> String {
+pub(super) fn with_bar(ValueRecord { name, value, bar, .. }: &ValueRecord) -> String {
     match (value, bar) {
         (None, _) => format!("{name}: grows without bound as the mesh is refined, it has no value"),
         (Some(value), None) => format!("{name} {}, error not known", number(*value)),

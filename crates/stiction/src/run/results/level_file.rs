@@ -14,7 +14,7 @@ use crate::run::refine::{Indicators, Sequence};
 /// Its name.
 pub(crate) const LEVELS: &str = "refinement.npz";
 /// Number of its format.
-const FORMAT: usize = 1;
+const FORMAT: usize = 2;
 
 /// A number that differs where posed problems differ.
 pub(in crate::run) fn problem_fingerprint(prepared: &Prepared) -> String {
@@ -44,6 +44,7 @@ pub(in crate::run) fn keep_levels(into: &Path, problem: &str, sequence: &Sequenc
             ("marked", Array::u32(&marked)),
             ("error", Array::scalar(sequence.indicators.error)),
             ("cell_error", Array::f64(&sequence.indicators.cells)),
+            ("cells_at_peaks", Array::u32(&sequence.indicators.peaks)),
             ("displacement", Array::f64(&sequence.displacement)),
         ],
     )?;
@@ -92,8 +93,8 @@ fn read(arrays: &Arrays) -> Result<(String, Sequence), Error> {
         values if values.iter().all(|value| value.is_finite()) => Ok(values.to_vec()),
         _ => Err(damaged(format!("array \"{name}\" holds what is no number"))),
     };
-    sequence.indicators =
-        Indicators { cells: finite("cell_error")?, error: scalar(arrays, "error")?, ..Indicators::default() };
+    let peaks = u32s(arrays, "cells_at_peaks", None)?.to_vec();
+    sequence.indicators = Indicators::kept(finite("cell_error")?, scalar(arrays, "error")?, peaks);
     sequence.displacement = finite("displacement")?;
     Ok((text(arrays, "problem")?.to_string(), sequence))
 }

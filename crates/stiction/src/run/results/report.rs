@@ -17,7 +17,7 @@ use crate::io::text::{measure, number, triple};
 use crate::mesh::many;
 use crate::run::pose::Prepared;
 use crate::run::pose::bolts::Target;
-use crate::run::solve::quantities::{Couple, couples, largest_displacement, unheld};
+use crate::run::solve::quantities::{Couple, FacetedRecord, couples, faceted, largest_displacement, unheld};
 use crate::run::solve::{
     BalanceRecord, BoltState, BoundRecord, CouplingState, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states,
     coupling_states, escape_of, pair_totals, totals, word,
@@ -82,6 +82,10 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
         false => Vec::new(),
     };
     unheld_rows(&mut rows, &now, of_steps);
+    let of_steps = outcome.steps.iter().find_map(|step| Some((step.answer.held_by_facets.clone()?, Some(step.t))));
+    let now = || Some((faceted(prepared, &outcome.solution)?, None));
+    let held = if outcome.steps.is_empty() { now() } else { of_steps };
+    held.iter().for_each(|(held, t)| rows.add("warning", by_facets(held, *t)));
     couple_rows(&mut rows, &couples(prepared, &outcome.solution.u, &outcome.solution.lambda));
     displacement_row(&mut rows, largest_displacement(prepared, outcome));
     outcome.smallness.iter().for_each(|of| rows.add("deformation", smallness_text::line(of)));
@@ -204,6 +208,20 @@ pub(in crate::run) fn unheld_rows<'a>(
         let remedy = "hold it there, or let its contact begin with the first step";
         rows.add("warning", format!("nothing holds body \"{body}\" at t = {first}{more}: {why}; {remedy}"));
     }
+}
+
+/// A motion that facets alone hold, from time `t` on with load steps.
+fn by_facets(FacetedRecord { motion, slope, angle }: &FacetedRecord, t: Option<f64>) -> String {
+    let at = t.map_or(String::new(), |t| format!(" at t = {}", number(t)));
+    let in_degrees = |angle: &f64| {
+        if *angle < 0.01 { "less than 0.01 degrees".into() } else { format!("{angle:.2} degrees") }
+    };
+    let [slope, angle] = [slope, angle].map(in_degrees);
+    format!(
+        "nothing but the facets of the mesh resists a motion{at}: {motion}; it climbs {slope} where the normals of the two surfaces \
+         differ by {angle}, and friction is at its limit or there is none: where it ends, and forces that grow with it, say nothing; \
+         hold it by a [[fix]], or by an obstacle of exact shape"
+    )
 }
 
 /// The largest displacement, and where it is.

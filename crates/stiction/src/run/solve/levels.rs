@@ -92,4 +92,7 @@ pub struct ValueRecord {
     pub value: Option<f64>,
     /// The exact value is expected within this distance; none before there are enough meshes to tell.
     pub bar: Option<f64>,
+    /// The time of the end of a load step before the last, if it is a number of that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub t: Option<f64>,
 }

@@ -2,6 +2,7 @@
 //! its deformation is.
 
 mod couple;
+mod facets;
 mod micromotion;
 mod smallness;
 mod unheld;
@@ -9,6 +10,8 @@ mod unheld;
 pub use super::discretisation::nodal_stress_of;
 pub(crate) use super::discretisation::stress_at;
 pub(crate) use couple::{Couple, Forces, couples, may_lie_apart};
+pub use facets::FacetedRecord;
+pub(crate) use facets::faceted;
 pub use micromotion::Micromotion;
 pub(super) use micromotion::micromotions;
 pub(crate) use micromotion::percentiles;

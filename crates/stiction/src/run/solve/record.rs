@@ -6,7 +6,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 
 use super::quantities::{
-    Micromotion, Smallness, energy, escape_of, largest_displacement, load, micromotions, reaction, unheld,
+    FacetedRecord, Micromotion, Smallness, energy, escape_of, faceted, largest_displacement, load, micromotions,
+    reaction, unheld,
 };
 use super::solutions::{SolutionsRecord, UniquenessRecord};
 use super::totals::all_totals;
@@ -59,6 +60,9 @@ pub struct AnswerRecord {
     /// Bodies that nothing holds: their places say nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unheld: Vec<String>,
+    /// A motion that nothing but the facets of curved surfaces resists.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_by_facets: Option<FacetedRecord>,
     /// `1/2 u'Ku - f'u` over all degrees of freedom.
     #[serde(deserialize_with = "or_nan")]
     pub energy: f64,
@@ -385,6 +389,7 @@ impl AnswerRecord {
             discretisation_error: outcome.estimate.as_ref().map(Estimate::relative),
             smallness: outcome.smallness.clone(),
             unheld: unheld(prepared, solution),
+            held_by_facets: faceted(prepared, solution),
             energy: outcome.energy.unwrap_or_else(|| energy(prepared, &outcome.solution.u)),
             reaction: reaction(prepared, outcome).into_iter().fold([0.0; 3], crate::mesh::v3::add),
             load: prepared.facts.resultant(),

@@ -167,7 +167,7 @@ fn accuracy(accuracy: &AccuracyRecord) -> String {
         meshes.rows.push(counts.into_iter().chain(rest).chain(bound).collect());
     }
     let mut values = Table::new(&["Quantity", "Value", "Error bar"]);
-    for ValueRecord { name, value, bar } in &accuracy.values {
+    for ValueRecord { name, value, bar, .. } in &accuracy.values {
         let bar = if value.is_some() { bar.map_or("not known".to_string(), number) } else { String::new() };
         let value = value.map_or("grows without bound".to_string(), number);
         values.rows.push(vec![name.clone(), value, bar]);
