@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How far `stiction-mpi` would scale: a model from counts, with its table and its chart.
 
-    python3 bench/scale.py measure PROGRAM   # bricks on 1 to 125 ranks on this machine: bench/results/2026-11-28-ranks.json
+    python3 bench/scale.py measure PROGRAM   # bricks on 1 to 125 ranks on this machine: bench/results/2026-11-30-ranks.json
     python3 bench/scale.py                   # docs/scale.md (its tables) and docs/scale.png; needs matplotlib
 
 What is counted (nodes and entries of the levels, ghosts, exchanges, bytes, sums) does not depend on the machine. What is
@@ -17,7 +17,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-COUNTS = ROOT / "bench" / "results" / "2026-11-28-ranks.json"
+COUNTS = ROOT / "bench" / "results" / "2026-11-30-ranks.json"
 PAGE = ROOT / "docs" / "scale.md"
 CHART = ROOT / "docs" / "scale.png"
 

@@ -162,7 +162,12 @@ fn a_block_led_at_a_point_is_refined_on_ranks_as_on_one() {
 
 #[test]
 fn a_bolted_joint_is_refined_on_ranks_as_on_one() {
-    agrees(&bolted(&[("accuracy.energy", "30%")]), "bolted", &[3], &[0, usize::MAX]);
+    agrees(&bolted(&[("accuracy.energy", "30%")]), "bolted", &[3], &[0]);
+}
+
+#[test]
+fn a_bolted_joint_is_refined_by_rank_0_alone_as_on_one() {
+    agrees(&bolted(&[("accuracy.energy", "30%")]), "bolted-alone", &[3], &[usize::MAX]);
 }
 
 #[test]
