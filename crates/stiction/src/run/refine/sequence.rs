@@ -106,7 +106,7 @@ impl Indicators {
             self.peaks.extend(values::cells_at_peaks(prepared, outcome));
         }
         if end.is_some_and(|step| step + 1 < steps.len()) {
-            // Levels that an earlier version has kept have none.
+            // The first mesh has none yet.
             if self.shapes.len() != prepared.surfaces.len() {
                 self.shapes = shapes(prepared);
             }

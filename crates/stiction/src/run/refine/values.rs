@@ -306,7 +306,11 @@ pub(super) fn is_unbounded(peaks: &[&Value]) -> bool {
 pub(super) fn records(levels: &[Vec<Value>], error: &[f64]) -> Vec<ValueRecord> {
     let Some(last) = levels.last() else { return Vec::new() };
     let record = |(i, value): (usize, &Value)| {
-        let of_levels: Vec<&Value> = levels.iter().map(|level| &level[i]).collect();
+        // A mesh on which there is no such value, as of a contact that is not there, says nothing of those after it.
+        let of_levels = levels.iter().map(|level| level.get(i).filter(|other| other.name == value.name));
+        let Some(of_levels) = of_levels.collect::<Option<Vec<&Value>>>() else {
+            return ValueRecord { name: value.name.clone(), value: Some(value.value), bar: None, t: value.t };
+        };
         if is_unbounded(&of_levels) {
             return ValueRecord { name: value.name.clone(), value: None, bar: None, t: value.t };
         }
