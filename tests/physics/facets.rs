@@ -9,8 +9,8 @@ use stiction::mesh::MeshNotes;
 use stiction::run::{prepare, report};
 use stiction_fixtures::case_run::solved_case;
 
-/// Half a bush of radius 10 that is pressed onto half a pin and pushed sideways at its end, so that it would turn; nodes lie unevenly around
-/// both by so much of a right angle, and no more on circles where the pin is wavy.
+/// Half a bush of radius 10 that is pressed onto half a pin and pushed up at its end, so that it would turn. The nodes of both are moved along their circles
+/// in waves of up to `uneven` (radians), and off them in waves of `wavy` (length) that both have in common.
 fn warnings(friction: &str, side: f64, [uneven, wavy]: [f64; 2], more: &str) -> Vec<String> {
     let ring = |name: &str, radii: [f64; 2], cells: usize| {
         format!(

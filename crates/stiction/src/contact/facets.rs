@@ -5,6 +5,7 @@
 //! the mesh.
 
 use super::rigid::RigidMotions;
+use super::sliding::{PRESSED, WORKS};
 use super::{ContactProblem, Friction};
 use crate::linalg::{axpy, dot, max_abs, norm, symmetric_eigen};
 
@@ -20,16 +21,12 @@ pub struct Faceted {
     pub angle: f64,
 }
 
-/// Normal forces below this part of the largest hold nothing; rounding and the tolerance leave such.
-const PRESSED: f64 = 1e-9;
 /// Slopes and angles below it are rounding: such a motion is along the surfaces.
 const ROUNDING: f64 = 1e-6;
 /// Each surface is off by its own facets. On a pin in a lug of quadratic tetrahedra, sixteen faces around, the slope is 0.3 times the angle, and 1.2 times
 /// after a turn by 16 degrees, when few points are left in contact; 1.6 times in hexahedra whose nodes lie unevenly, and 5.3 times on waves of 18 %
 /// in `tests/physics/facets.rs`, which do hold.
 const SAFETY: f64 = 2.0;
-/// Work of the loads below this part of what they could do is rounding.
-const WORKS: f64 = 1e-9;
 /// Motions that move what presses by less than this part of others move something else.
 const UNSEEN: f64 = 1e-12;
 

@@ -18,12 +18,12 @@ pub struct Sliding {
 }
 
 /// Normal forces below this part of the largest hold nothing; rounding and the tolerance leave such.
-const PRESSED: f64 = 1e-9;
+pub(super) const PRESSED: f64 = 1e-9;
 /// A motion keeps a surface shut if no point moves across it by more than this part of the largest displacement. As for
 /// motions that contact does not resist.
 const ALONG: f64 = 1e-6;
 /// Work of the loads below this part of what they could do is rounding.
-const WORKS: f64 = 1e-9;
+pub(super) const WORKS: f64 = 1e-9;
 /// Steps of the weighted least squares; slips below a part of the largest count as that part, which halves each time.
 const STEPS: usize = 60;
 

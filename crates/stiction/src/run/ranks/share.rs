@@ -178,7 +178,8 @@ impl Whole {
         Whole::new(case, (mesh, notes), (None, sizes), None, helpers)
     }
 
-    /// A case on a mesh, to be divided among the ranks, which help to find contact. The body of each node, and the bodies, are found unless they are `known`.
+    /// A case on a mesh, to be divided among the ranks, which help to find contact. The body of each node, and the bodies, are found
+    /// unless they are `known`.
     pub(super) fn new(
         case: &Case,
         (mut mesh, notes): (Mesh, MeshNotes),

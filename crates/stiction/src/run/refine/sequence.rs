@@ -354,7 +354,7 @@ const SORTS: [(&str, Sort); 3] =
 
 impl Sequence {
     fn add(&mut self, prepared: &Prepared, outcome: &Outcome, mut indicators: Indicators) {
-        // Levels that an earlier version has kept have none.
+        // There are none before the first mesh.
         if self.shapes.len() != prepared.surfaces.len() {
             self.shapes = shapes(prepared);
         }
