@@ -11,8 +11,8 @@ use crate::contact::ContactProblem;
 use crate::contact::equilibrium::no_equilibrium;
 use crate::dual::{Dual, DualSettings, Form, choose, estimate};
 use crate::friction::{
-    self, Multigrid, Part, Progress, SetUp, Settings, Solution, SolverPath, SoughtForce, Status, Tightened,
-    multigrid_fits, points_in, solve_multigrid, tighten_by_multigrid,
+    self, Multigrid, Part, Progress, SetUp, Settings, Solution, SolverPath, SoughtForce, Status, Tightened, equations,
+    multigrid_fits, points_in, tighten_by_multigrid, tighten_part,
 };
 use crate::linalg::Watch;
 
@@ -128,40 +128,50 @@ impl Kept {
         }
     }
 
-    /// The hierarchy for `problem`, set up if it does not stand yet. Where points share nodes with others that are out it is of those
-    /// that are in, and made anew when others are.
+    /// The hierarchy for `problem`, set up if it does not stand yet. Equations over many nodes are not among its points. Where points share
+    /// nodes with others that are out it is of those that are in, and made anew when others are.
     pub(crate) fn set_up(
         &mut self,
         problem: &ContactProblem,
         settings: &Settings,
         observer: &mut Observer,
     ) -> Result<SetUp<'_>, Error> {
-        let points = || points_in(problem);
+        let equations = equations(problem);
+        let without = |mut points: Vec<u32>| {
+            points.retain(|j| equations.binary_search(j).is_err());
+            points
+        };
+        let points = || without(points_in(problem));
+        let all = || without((0..problem.points() as u32).collect());
         let (multigrid, of) = match self.operator.take() {
-            Some(Operator::Multigrid(multigrid, None)) => (multigrid, None),
-            Some(Operator::Multigrid(multigrid, Some(of))) if of == points() => (multigrid, Some(of)),
+            Some(Operator::Multigrid(multigrid, None)) if equations.is_empty() => (multigrid, None),
+            Some(Operator::Multigrid(multigrid, Some(of))) if of == points() || of == all() => (multigrid, Some(of)),
             old => {
                 let share_nodes = matches!(old, Some(Operator::Multigrid(..)));
                 drop(old);
                 multigrid_fits(problem, settings.memory_limit)?;
                 begin(observer, SolveEvent::SettingUp { unknowns: problem.unknowns() })?;
+                let make = |of: Option<Vec<u32>>| {
+                    let multigrid = match &of {
+                        None => Multigrid::until(problem, &settings.stop),
+                        Some(of) => Multigrid::until(&problem.of_points(of), &settings.stop),
+                    };
+                    multigrid.map(|multigrid| (Box::new(multigrid), of))
+                };
                 let of_all = match share_nodes {
                     true => None,
-                    false => match Multigrid::until(problem, &settings.stop) {
+                    false => match make((!equations.is_empty()).then(all)) {
                         Err(error) if error.interrupted || problem.contact.out.is_empty() => return Err(error),
                         made => made.ok(),
                     },
                 };
                 match of_all {
-                    Some(multigrid) => (Box::new(multigrid), None),
-                    None => {
-                        let of = points();
-                        (Box::new(Multigrid::until(&problem.of_points(&of), &settings.stop)?), Some(of))
-                    }
+                    Some(made) => made,
+                    None => make(Some(points()))?,
                 }
             }
         };
-        let part = of.clone().map(|points| Part::new(problem, points));
+        let part = of.clone().map(|points| Part::new(problem, points, equations));
         let Operator::Multigrid(multigrid, _) = self.operator.insert(Operator::Multigrid(multigrid, of)) else {
             unreachable!("just put there")
         };
@@ -313,17 +323,14 @@ fn by_multigrid(
     kept: &mut Kept,
     observer: &mut Observer,
 ) -> Result<Solution, Error> {
-    let SetUp { multigrid, part } = kept.set_up(problem, settings, observer)?;
+    let set_up = kept.set_up(problem, settings, observer)?;
     let _ = observer(&SolveEvent::Solving);
-    let departs = no_equilibrium(problem, multigrid.motions()).is_some();
+    let departs = no_equilibrium(problem, set_up.multigrid.motions()).is_some();
     let cycles = multigrid_cycles(settings.max_iterations);
     let max_iterations = if departs { 0 } else { cycles };
     let settings = friction::Settings { max_iterations, ..settings.clone() };
     let mut report = |progress: &Progress| observer(&SolveEvent::Iteration(*progress));
-    let solution = match &part {
-        None => solve_multigrid(problem, multigrid, &settings, &mut report),
-        Some(part) => part.whole(problem, solve_multigrid(&part.problem, multigrid, &settings, &mut report)),
-    };
+    let solution = set_up.solution(problem, &settings, &mut report)?;
     let status = if departs { Status::NoEquilibrium } else { solution.status };
     Ok(Solution { status, ..solution })
 }
@@ -354,12 +361,15 @@ pub(crate) fn tighten(
         interrupted |= flow.is_break();
         flow
     };
-    let of = part.as_ref().map_or(problem, |part| &part.problem);
-    let mut found = tighten_by_multigrid(of, multigrid, sought, &settings, &mut report);
-    if let Some(part) = &part {
-        found.lambda = part.of_all(problem, &found.lambda);
+    let found = match &part {
+        None => Ok(tighten_by_multigrid(problem, multigrid, sought, &settings, &mut report)),
+        Some(part) => tighten_part((problem, part), multigrid, sought, &settings, &mut report),
+    };
+    match found {
+        _ if interrupted => Err(Error::interrupted()),
+        Err(error) if settings.path == SolverPath::Multigrid => Err(error),
+        found => Ok(found.ok()),
     }
-    if interrupted { Err(Error::interrupted()) } else { Ok(Some(found)) }
 }
 
 fn by_factor(

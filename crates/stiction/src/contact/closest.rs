@@ -8,7 +8,7 @@ use super::Side;
 use super::obstacle::unit;
 use super::skin::crossing;
 use super::triangles::{BORDER, Triangles};
-use crate::mesh::v3::{V3, add, dot, norm, scale, sub};
+use crate::mesh::v3::{V3, add, cross, dot, norm, scale, sub};
 use crate::mesh::weights_on_triangle;
 
 /// Within this part of the surface's diagonal from a sharp edge the normal turns from one side to the other, as over a
@@ -160,6 +160,19 @@ impl Triangles {
             Side::Outside => (distance, normal),
             Side::Inside => (0.0 - distance, normal.map(|c| 0.0 - c)),
         })
+    }
+
+    /// By how much normals are off those of a smooth surface around the point that is nearest to `x`, radians: the bulge of second degree leaves
+    /// them the cube of the angle between the triangle and the surface at its corners. A pin in a bore of 24 triangles around climbs 0.3
+    /// mrad where that is 2.2.
+    pub(super) fn normal_error(&self, x: V3) -> f64 {
+        let distance2 = |t: u32| {
+            let d = self.offset(x, t, weights_on_triangle(x, self.corners(t)));
+            dot(d, d)
+        };
+        let Some((t, _)) = self.tree.nearest(x, f64::INFINITY, distance2) else { return 0.0 };
+        let off = |k: usize| norm(cross(self.normal(t), self.smooth[self.corner[t as usize][k] as usize]));
+        (0..3).map(off).fold(0.0, f64::max).powi(3)
     }
 
     /// From the point of a triangle with the weights `w` to `x`.

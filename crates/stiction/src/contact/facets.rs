@@ -32,7 +32,8 @@ const UNSEEN: f64 = 1e-12;
 
 /// Of the rigid motions that the points pressed together at `lambda` (`3m`, newton) resist by no more than the normals of the two surfaces
 /// differ, `angle` at each point (`m`, radians), the one along which the loads push; the one that is resisted least where they push along none.
-/// `slides` tells of a point whether friction is at its limit there. `None` where there is no such motion, and where surfaces are flat.
+/// `slides` tells of a point whether friction is at its limit there: it resists what turns the slip, a turn of a plug that is pressed into its
+/// seat. `None` where there is no such motion, and where surfaces are flat.
 pub fn held_by_facets(
     problem: &ContactProblem,
     motions: &RigidMotions,
@@ -52,6 +53,9 @@ pub fn held_by_facets(
     // Ties hold whatever they carry.
     let weights = pressed.iter().map(|&j| (j, lambda[j] / sum)).chain(tied.map(|j| (j, 1.0 / m as f64)));
     let jumps = motions.jumps(&problem.isotropic_rows());
+    let mut forces = lambda.to_vec();
+    problem.to_isotropic(&mut forces);
+    let row = |i: usize, factor: f64| jumps.entries_of(i).map(move |(a, v)| (a as usize, factor * v));
     // Motions by their largest displacement.
     let unit: Vec<f64> = motions.bodies.iter().flat_map(|b| b.motions.iter().map(|r| 1.0 / max_abs(r))).collect();
     let k = unit.len();
@@ -60,15 +64,23 @@ pub fn held_by_facets(
     let (mut whole, mut resisted, mut expected) = (zero(), zero(), zero());
     for (j, weight) in weights {
         let slides = slides(j) && problem.contact.friction[j] != Friction::Bonded;
-        for (c, i) in [j, m + j, 2 * m + j].into_iter().enumerate() {
-            for (a, of_a) in jumps.entries_of(i) {
-                for (b, of_b) in jumps.entries_of(i) {
-                    let (a, b) = (a as usize, b as usize);
+        let (s, t) = (m + j, 2 * m + j);
+        let friction = forces[s].hypot(forces[t]);
+        let along = |[x, y]: [f64; 2]| row(s, x).chain(row(t, y)).collect::<Vec<_>>();
+        let [first, second] = match friction > PRESSED * most {
+            true => [[forces[s] / friction, forces[t] / friction], [-forces[t] / friction, forces[s] / friction]],
+            false => [[1.0, 0.0], [0.0, 1.0]],
+        };
+        let across_resists = !slides || friction > PRESSED * most;
+        let rows = [(row(j, 1.0).collect(), true), (along(first), !slides), (along(second), across_resists)];
+        for (row, resists) in &rows {
+            for &(a, of_a) in row {
+                for &(b, of_b) in row {
                     let product = weight * of_a * unit[a] * of_b * unit[b];
                     whole[a][b] += product;
-                    match slides && c > 0 {
-                        true => expected[a][b] += angle[j] * angle[j] * product,
-                        false => resisted[a][b] += product,
+                    match resists {
+                        true => resisted[a][b] += product,
+                        false => expected[a][b] += angle[j] * angle[j] * product,
                     }
                 }
             }

@@ -1,7 +1,8 @@
 //! What the faces of pairs meet, found by all ranks.
 //!
-//! Rank 0, which has the surfaces, sends each of the others some faces of the slaves that lie together, and of both surfaces what reaches
-//! into the box around what these may meet. What a face meets depends on nothing else, and is the same to the last digit whoever finds it.
+//! Rank 0, which has the surfaces, gives each rank some faces of slave and master that lie together. Ranks tell one another the boxes around
+//! these and around what their faces of the slave may meet, and neighbours send one another the faces that reach into such a box. What a
+//! face meets depends on nothing else, and is the same to the last digit whoever finds it.
 
 use std::cell::Cell;
 
@@ -14,7 +15,7 @@ use crate::fem::face_coordinates;
 use crate::mesh::shape::FACE_NODES;
 use crate::mesh::v3::{V3, add, scale};
 use crate::mesh::{Bounds, Face, Mesh, MeshArrays, Tree, ascending};
-use crate::ranks::{Ranks, put, take};
+use crate::ranks::{Ranks, from_bytes, gather_all, put, take, to_bytes};
 
 /// What the faces of some surfaces meet, by the numbers of these.
 #[derive(Debug, Default)]
@@ -59,19 +60,20 @@ impl<'a> Helpers<'a> {
                 continue;
             }
             let length = master.search.unwrap_or_else(|| default_search(mesh, &surface.faces, &master.faces));
-            let search = Search { length, averted: surface.friction == SurfaceFriction::Bonded };
-            let [own, other] = [&surface.faces, &master.faces].map(|faces| tree(mesh, faces));
-            let chunks = chunks(own.things(), size);
-            for (chunk, job) in chunks.iter().zip(&mut jobs) {
-                let reach = chunk.iter().map(|&k| reach(mesh, surface.faces[k as usize], length));
-                let around = reach.fold(Bounds::around([]), |a, b| a.with(&b)).grown(ROUNDING * length);
-                let near = [(&own, &surface.faces), (&other, &master.faces)].map(|(tree, faces)| {
-                    tree.meeting(&around).into_iter().map(|k| faces[k as usize]).collect::<Vec<u32>>()
+            let averted = surface.friction == SurfaceFriction::Bonded;
+            let [own, other] = [&surface.faces, &master.faces].map(|faces| chunks(tree(mesh, faces).things(), size));
+            for ((own, other), job) in own.iter().zip(&other).zip(&mut jobs) {
+                let of_slave = own.iter().map(|&k| (k, surface.faces[k as usize]));
+                let first = surface.faces.len() as u32;
+                let of_master = other.iter().map(|&k| (first + k, master.faces[k as usize]));
+                let mut faces = PairFaces::default();
+                of_slave.chain(of_master).for_each(|(place, face)| {
+                    let nodes = mesh.faces[face as usize].nodes();
+                    faces.push(place, nodes, nodes.iter().map(|&v| mesh.nodes[v as usize]));
                 });
-                let some: Vec<u32> = chunk.iter().map(|&k| surface.faces[k as usize]).collect();
-                put_job(mesh, &some, [&near[0], &near[1]], search, job);
+                Job { search: Search { length, averted }, first, faces }.put(job);
             }
-            asked.push((number, chunks));
+            asked.push((number, own));
         }
         if asked.is_empty() {
             return all;
@@ -80,7 +82,7 @@ impl<'a> Helpers<'a> {
         let own = std::mem::take(&mut jobs[0]);
         let others: Vec<usize> = (1..size).collect();
         self.ranks.exchange(jobs.into_iter().enumerate().skip(1).collect(), &[]);
-        let own = answer(&own);
+        let own = answer(self.ranks, &own);
         let answers = [vec![own], self.ranks.exchange(Vec::new(), &others)].concat();
         let mut rests: Vec<&[u8]> = answers.iter().map(|answer| &answer[..]).collect();
         for (number, chunks) in asked {
@@ -109,15 +111,9 @@ impl Drop for Helpers<'_> {
 pub(crate) fn help(ranks: &dyn Ranks) {
     let job = ranks.exchange(Vec::new(), &[0]).swap_remove(0);
     if !job.is_empty() {
-        ranks.exchange(vec![(0, answer(&job))], &[]);
+        let found = answer(ranks, &job);
+        ranks.exchange(vec![(0, found)], &[]);
     }
-}
-
-/// The box of what a face may meet so far along its normal, forwards and backwards.
-fn reach(mesh: &Mesh, face: u32, length: f64) -> Bounds {
-    let normal = mesh.face_normal(face as usize);
-    let of = |&v: &u32| [-length, length].map(|way| add(mesh.nodes[v as usize], scale(way, normal)));
-    Bounds::around(mesh.faces[face as usize].nodes().iter().flat_map(of))
 }
 
 fn tree(mesh: &Mesh, faces: &[u32]) -> Tree {
@@ -129,49 +125,176 @@ fn chunks(list: &[u32], count: usize) -> Vec<Vec<u32>> {
     (0..count).map(|k| list[k * list.len() / count..(k + 1) * list.len() / count].to_vec()).collect()
 }
 
-/// Asks what `some` faces of the slave meet; `near` are the faces of slave and master around them.
-fn put_job(mesh: &Mesh, some: &[u32], near: [&[u32]; 2], search: Search, to: &mut Vec<u8>) {
-    let faces = ascending(near.concat().into_iter().chain(some.iter().copied()));
-    let nodes = mesh.face_nodes(&faces);
-    // Numbers keep their order: what is summed up by nodes is summed up in the same order.
-    let node = |v: u32| nodes.partition_point(|&other| other < v) as u32;
-    let place = |list: &[u32]| -> Vec<u32> {
-        list.iter().map(|face| faces.partition_point(|other| other < face) as u32).collect()
-    };
-    put(&[search.length], to);
-    put(&[u8::from(search.averted)], to);
-    put(&nodes, to);
-    put(&nodes.iter().map(|&v| mesh.nodes[v as usize]).collect::<Vec<V3>>(), to);
-    let of = |&face: &u32| mesh.faces[face as usize].nodes();
-    put(&faces.iter().map(|face| of(face).len() as u8).collect::<Vec<u8>>(), to);
-    put(&faces.iter().flat_map(of).map(|&v| node(v)).collect::<Vec<u32>>(), to);
-    [some, near[0], near[1]].into_iter().for_each(|list| put(&place(list), to));
+/// Faces of a pair, by their places in the lists of slave and master behind one another.
+#[derive(Default)]
+struct PairFaces {
+    places: Vec<u32>,
+    counts: Vec<u8>,
+    /// Of the nodes of one face after the other: their numbers in the whole mesh, and where they are, length.
+    nodes: Vec<u32>,
+    at: Vec<V3>,
 }
 
-/// The answer to the jobs of a message.
-fn answer(mut jobs: &[u8]) -> Vec<u8> {
-    let mut to = Vec::new();
-    while !jobs.is_empty() {
-        let from = &mut jobs;
-        let (length, averted): (Vec<f64>, Vec<u8>) = (take(from), take(from));
-        let (numbers, nodes): (Vec<u32>, Vec<V3>) = (take(from), take(from));
-        let (counts, of_faces): (Vec<u8>, Vec<u32>) = (take(from), take(from));
-        let [some, own, other]: [Vec<u32>; 3] = std::array::from_fn(|_| take(from));
-        let mut rest = &of_faces[..];
-        let face = |&count: &u8| {
-            let (nodes, after) = rest.split_at(count.into());
-            rest = after;
-            Face::of_nodes(nodes)
-        };
-        let faces = counts.iter().filter_map(face).collect();
+impl PairFaces {
+    fn push(&mut self, place: u32, nodes: &[u32], at: impl Iterator<Item = V3>) {
+        self.places.push(place);
+        self.counts.push(nodes.len() as u8);
+        self.nodes.extend(nodes);
+        self.at.extend(at);
+    }
+
+    fn iter(&self) -> impl Iterator<Item = (u32, &[u32], &[V3])> {
+        let mut end = 0;
+        self.places.iter().zip(&self.counts).map(move |(&place, &count)| {
+            let nodes = end..end + usize::from(count);
+            end = nodes.end;
+            (place, &self.nodes[nodes.clone()], &self.at[nodes])
+        })
+    }
+
+    /// The box around those that are `wanted`.
+    fn bounds(&self, wanted: impl Fn(u32) -> bool) -> Bounds {
+        let of = self.iter().filter(|(place, ..)| wanted(*place)).flat_map(|(_, _, at)| at.iter().copied());
+        Bounds::around(of)
+    }
+
+    /// Those that reach into a box.
+    fn within(&self, around: &Bounds) -> PairFaces {
+        let mut some = PairFaces::default();
+        let reaches = |at: &[V3]| Bounds::around(at.iter().copied()).meets(around);
+        let near = self.iter().filter(|(_, _, at)| reaches(at));
+        near.for_each(|(place, nodes, at)| some.push(place, nodes, at.iter().copied()));
+        some
+    }
+
+    /// Adds others.
+    fn append(&mut self, others: PairFaces) {
+        self.places.extend(others.places);
+        self.counts.extend(others.counts);
+        self.nodes.extend(others.nodes);
+        self.at.extend(others.at);
+    }
+
+    fn put(&self, to: &mut Vec<u8>) {
+        put(&self.places, to);
+        put(&self.counts, to);
+        put(&self.nodes, to);
+        put(&self.at, to);
+    }
+
+    fn take(from: &mut &[u8]) -> PairFaces {
+        PairFaces { places: take(from), counts: take(from), nodes: take(from), at: take(from) }
+    }
+
+    /// A mesh of these faces alone, with the place of each and the number of each node in the whole. Faces are in the order of the lists and
+    /// nodes in that of the whole: what is added up over them is added up in one order.
+    fn mesh(&self) -> (Mesh, Vec<u32>, Vec<u32>) {
+        let numbers = ascending(self.nodes.iter().copied());
+        let mut nodes = vec![[0.0; 3]; numbers.len()];
+        let mut listed: Vec<(u32, Face)> = Vec::new();
+        for (place, of_face, at) in self.iter() {
+            let own: Vec<u32> = of_face.iter().map(|v| numbers.partition_point(|other| other < v) as u32).collect();
+            own.iter().zip(at).for_each(|(&v, &x)| nodes[v as usize] = x);
+            listed.extend(Face::of_nodes(&own).map(|face| (place, face)));
+        }
+        listed.sort_by_key(|(place, _)| *place);
+        let (places, faces) = listed.into_iter().unzip();
         let (cells, groups, arrays) = (Vec::new(), Vec::new(), MeshArrays::default());
-        let mesh = Mesh { nodes, cells, faces, groups, arrays };
+        (Mesh { nodes, cells, faces, groups, arrays }, places, numbers)
+    }
+}
+
+/// What a rank is given of a pair; its neighbours add to the faces.
+struct Job {
+    search: Search,
+    /// The place of the first face of the master, behind those of the slave.
+    first: u32,
+    faces: PairFaces,
+}
+
+impl Job {
+    fn put(&self, to: &mut Vec<u8>) {
+        put(&[self.search.length], to);
+        put(&[u8::from(self.search.averted)], to);
+        put(&[self.first], to);
+        self.faces.put(to);
+    }
+
+    fn take(from: &mut &[u8]) -> Job {
+        let (length, averted, first): (Vec<f64>, Vec<u8>, Vec<u32>) = (take(from), take(from), take(from));
         let search = Search { length: length[0], averted: averted[0] == 1 };
-        let met = meet_some(&mesh, &some, [&own, &other], search);
+        Job { search, first: first[0], faces: PairFaces::take(from) }
+    }
+
+    /// The places of its faces of the slave, in the order that they were given in.
+    fn of_slave(&self) -> Vec<u32> {
+        self.faces.places.iter().copied().filter(|&place| place < self.first).collect()
+    }
+
+    /// The box of what its faces of the slave may meet, as far along their normals, forwards and backwards, as is searched.
+    fn reach(&self) -> Bounds {
+        let (mesh, places, _) = self.faces.mesh();
+        let length = self.search.length;
+        let of = |k: usize| {
+            let normal = mesh.face_normal(k);
+            let ends = move |x: V3| [-length, length].map(|way| add(x, scale(way, normal)));
+            face_coordinates(&mesh, k as u32).into_iter().flat_map(ends)
+        };
+        let slave = places.partition_point(|&place| place < self.first);
+        Bounds::around((0..slave).flat_map(of)).grown(ROUNDING * length)
+    }
+
+    /// The boxes of what is looked for, and around the faces of slave and master.
+    fn boxes(&self) -> [Bounds; 3] {
+        let first = self.first;
+        [self.reach(), self.faces.bounds(|place| place < first), self.faces.bounds(|place| place >= first)]
+    }
+}
+
+/// What the faces of the slaves that this rank is given meet, with the help of its neighbours. All ranks call it.
+fn answer(ranks: &dyn Ranks, mut message: &[u8]) -> Vec<u8> {
+    let mut jobs = Vec::new();
+    while !message.is_empty() {
+        jobs.push(Job::take(&mut message));
+    }
+    let asked: Vec<Vec<u32>> = jobs.iter().map(Job::of_slave).collect();
+    let boxes: Vec<V3> = jobs.iter().flat_map(Job::boxes).flat_map(|bounds| [bounds.low, bounds.high]).collect();
+    let all: Vec<Vec<[Bounds; 3]>> = gather_all(ranks, to_bytes(&boxes)).iter().map(|boxes| boxes_of(boxes)).collect();
+    let own = ranks.rank();
+    let looks = |seeker: usize, holder: usize| {
+        let mut pairs = all[seeker].iter().zip(&all[holder]);
+        pairs.any(|([reach, ..], [_, slave, master])| reach.meets(slave) || reach.meets(master))
+    };
+    let others = || (0..ranks.size()).filter(|&rank| rank != own);
+    let near = |rank: usize| {
+        let mut to = Vec::new();
+        jobs.iter().zip(&all[rank]).for_each(|(job, [reach, ..])| job.faces.within(reach).put(&mut to));
+        to
+    };
+    let out = others().filter(|&rank| looks(rank, own)).map(|rank| (rank, near(rank))).collect();
+    let from: Vec<usize> = others().filter(|&rank| looks(own, rank)).collect();
+    for message in ranks.exchange(out, &from) {
+        let mut rest = &message[..];
+        jobs.iter_mut().for_each(|job| job.faces.append(PairFaces::take(&mut rest)));
+    }
+    let mut to = Vec::new();
+    for (job, asked) in jobs.iter().zip(&asked) {
+        let (mesh, places, numbers) = job.faces.mesh();
+        let place = |wanted: &u32| places.partition_point(|place| place < wanted) as u32;
+        let (some, slave) = (asked.iter().map(place).collect::<Vec<_>>(), place(&job.first));
+        let [own, other] = [0..slave, slave..places.len() as u32].map(|faces| faces.collect::<Vec<_>>());
+        let met = meet_some(&mesh, &some, [&own, &other], job.search);
         let counts: Vec<usize> = some.iter().map(|&face| mesh.faces[face as usize].nodes().len()).collect();
         put_met(&met, &counts, &numbers, &mut to);
     }
     to
+}
+
+fn boxes_of(message: &[u8]) -> Vec<[Bounds; 3]> {
+    let corners: Vec<V3> = from_bytes(message);
+    let (boxes, _) = corners.as_chunks::<6>();
+    let bounds = |corners: &[V3; 6], k: usize| Bounds { low: corners[2 * k], high: corners[2 * k + 1] };
+    boxes.iter().map(|corners| [0, 1, 2].map(|k| bounds(corners, k))).collect()
 }
 
 /// Numbers of a face that are always there: covered and flat area, distances, normals, middle.

@@ -85,6 +85,12 @@ impl Obstacle {
             _ => self.distance(x),
         }
     }
+
+    /// By how much its normals around the point that is nearest to `x` are off those of the surface that it stands for, radians: zero but for
+    /// triangles.
+    pub(crate) fn normal_error(&self, x: [f64; 3]) -> f64 {
+        if let Obstacle::Surface(triangles) = self { triangles.normal_error(x) } else { 0.0 }
+    }
 }
 
 #[cfg(test)]

@@ -20,7 +20,8 @@ pub use direct::{coulomb_facts, rigid_equilibrium, solve};
 pub use law::PointState;
 pub use multigrid::{Multigrid, coulomb_facts_by_multigrid, solve_multigrid};
 pub(crate) use multigrid::{
-    Part, SetUp, SoughtForce, Tightened, multigrid_bytes, multigrid_fits, points_in, tighten_by_multigrid,
+    Part, SetUp, SoughtForce, Tightened, equations, multigrid_bytes, multigrid_fits, points_in, tighten_by_multigrid,
+    tighten_part,
 };
 pub use reference::{
     Answer, CopiesAtOnce, Coupling, Given, Method, MethodCounts, MethodReport, MethodSettings, MethodStep,

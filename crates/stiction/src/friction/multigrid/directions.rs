@@ -60,7 +60,7 @@ pub(super) fn minimise(
             directions.iter().enumerate().for_each(|(j, y)| a[i][j] += tightening.coupled(halo, x, y));
         }
     }
-    let Iterate { u, ku, shortening, conditions } = at;
+    let Iterate { u, ku, shortening, conditions, .. } = at;
     let mut coupling = [[0.0; MOST_DIRECTIONS]; MOST_DIRECTIONS];
     for (p, condition) in points.iter().zip(conditions) {
         let NodeConstraint { spring, coulomb, .. } = &condition.constraint;

@@ -2,6 +2,7 @@ use std::ops::ControlFlow;
 
 use super::active_set::{ContactCondition, PointLaw, closed_condition, contact_condition, forced_stick, slip_reverses};
 use super::directions::{Direction, MOST_DIRECTIONS, Vector, dot, minimise, norm};
+use super::equations::{Equations, Projection};
 use super::floating::FloatingBodies;
 use super::loose::{LooseMotions, NEAR};
 use super::monitor::{Monitor, Verdict};
@@ -29,6 +30,8 @@ pub(super) struct Subproblem<'a> {
     pub floating: Option<&'a FloatingBodies<'a>>,
     /// Bolts whose force is given, for [`run`].
     pub tightening: Option<&'a Tightening>,
+    /// Equations over many nodes, for [`run`] and springs.
+    pub equations: Option<&'a Equations>,
 }
 
 impl<'a> Subproblem<'a> {
@@ -36,16 +39,30 @@ impl<'a> Subproblem<'a> {
     pub(super) fn points(&self) -> impl Iterator<Item = (&'a Point, &'a PointLaw)> + use<'a> {
         self.transformed.points.iter().zip(self.laws)
     }
+
+    /// `K u` less the forces of the shortenings, with those of the equations.
+    pub(super) fn forces_within(&self, at: &Iterate) -> Vector {
+        let mut forces = self.transformed.k.times(&at.u);
+        if let Some(tightening) = self.tightening {
+            tightening.take_off(&at.shortening, &mut forces);
+        }
+        if let Some(equations) = self.equations {
+            equations.add_forces(&at.multipliers, &mut forces);
+        }
+        forces
+    }
 }
 
 /// Displacements in the frames, their images under `K`, and the contact conditions there.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Iterate {
     pub u: Vector,
-    /// Less the forces of the shortenings.
+    /// Less the forces of the shortenings, with those of the equations.
     pub ku: Vector,
     /// Of the bolts whose force is given, beyond what the load contains; length.
     pub shortening: Vec<f64>,
+    /// Of the equations over many nodes, newton.
+    pub multipliers: Vec<f64>,
     pub conditions: Vec<ContactCondition>,
 }
 
@@ -74,6 +91,7 @@ pub(super) struct State {
     guess: bool,
     /// Whether it begins at displacements that were given, such as the answer of the load step before.
     given: bool,
+    projection: Projection,
     /// The motions that nothing resisted in the last cycle near the solution.
     loose: LooseMotions,
     /// The residual that was taken for rounding last, newton.
@@ -152,6 +170,9 @@ pub(super) fn run(
         if let Some(tightening) = problem.tightening {
             tightening.balance(problem.transformed, &mut state.iterate);
         }
+        if let Some(equations) = problem.equations {
+            equations.balance(problem, &state.projection, &mut state.iterate);
+        }
         let guessed = state.update_conditions(problem);
         let Survey { left, violated, of_contact, states, coarse, stops } = state.survey(problem);
         state.monitor.record(violated, of_contact);
@@ -201,11 +222,20 @@ pub(super) fn run(
         };
         state.constrain(hierarchy, coarse[usize::from(coupled)], of_contact <= Threshold::UNSETTLED);
         state.apply_targets(problem);
+        if let Some(equations) = problem.equations {
+            state.projection.update(equations, problem, (&state.iterate.conditions, state.cycles), hierarchy);
+        }
         for _ in 0..cycles {
+            if let Some(equations) = problem.equations {
+                equations.balance(problem, &state.projection, &mut state.iterate);
+            }
             let r = residual(problem, &state.iterate);
             let mut p = hierarchy.cycle_in_units(left.max(f64::MIN_POSITIVE), &r);
             if let Some(floating) = problem.floating.filter(|_| violated <= NEAR) {
                 floating.keep_in_place(problem.transformed, &state.iterate.conditions, (&mut state.loose, &mut p));
+            }
+            if let Some(equations) = problem.equations {
+                equations.project(&state.projection, &mut p);
             }
             let kp = problem.transformed.k.times(&p);
             let mut direction = Direction { p, kp, shortening: Vec::new() };
@@ -215,7 +245,9 @@ pub(super) fn run(
             state.directions.insert(0, direction);
             let points = &problem.transformed.points;
             let halo = problem.transformed.halo();
-            let from = (floats && state.monitor.is_far()).then(|| state.iterate.clone());
+            // Parts of a step leave their multipliers to be found.
+            let is_far = floats && problem.equations.is_none() && state.monitor.is_far();
+            let from = is_far.then(|| state.iterate.clone());
             minimise(halo, &mut state.directions, &r, points, problem.tightening, &mut state.iterate);
             if let Some(from) = from {
                 shorten(problem, &from, &state.directions[0], &mut state.iterate);
@@ -307,14 +339,12 @@ impl State {
 
     /// Replaces `K u`, which was updated along with `u`, by a fresh product; whether the two agree.
     fn refresh_forces(&mut self, problem: &Subproblem<'_>) -> bool {
-        let Iterate { u, ku, shortening, .. } = &mut self.iterate;
-        let mut fresh = problem.transformed.k.times(u);
-        if let Some(tightening) = problem.tightening {
-            tightening.take_off(shortening, &mut fresh);
-        }
-        let drift: Vector = fresh.iter().zip(&*ku).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
-        *ku = fresh;
-        norm(problem.transformed.halo(), &drift) <= Threshold::DRIFT * problem.tolerance * load(problem.transformed, ku)
+        let fresh = problem.forces_within(&self.iterate);
+        let pairs = fresh.iter().zip(&self.iterate.ku);
+        let drift: Vector = pairs.map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
+        self.iterate.ku = fresh;
+        let drift = norm(problem.transformed.halo(), &drift);
+        drift <= Threshold::DRIFT * problem.tolerance * load(problem, &self.iterate)
     }
 
     /// Whether a residual of `left` newton that does not fall is what rounding leaves of the forces inside the bodies: where loads vanish
@@ -531,19 +561,22 @@ pub(super) fn squares(problem: &Subproblem<'_>, at: &Iterate) -> [f64; 3] {
     }
     let halo = problem.transformed.halo();
     let missing: f64 = problem.tightening.map_or(0.0, |t| t.missing(halo, at).iter().map(|m| m * m).sum());
-    let [load, contact] = load_squares(problem.transformed, &at.ku);
+    let [load, contact] = load_squares(problem, at);
     [dot(&r, &r) + share(halo) * missing, load, contact]
 }
 
 /// The larger of the load and the contact forces, newton.
-pub(super) fn load(transformed: &Transformed, ku: &Vector) -> f64 {
-    let mut squares = load_squares(transformed, ku);
-    transformed.halo().sum(&mut squares);
+pub(super) fn load(problem: &Subproblem<'_>, at: &Iterate) -> f64 {
+    let mut squares = load_squares(problem, at);
+    problem.transformed.halo().sum(&mut squares);
     squares[0].sqrt().max(squares[1].sqrt())
 }
 
-/// The squares of both at the nodes of this rank.
-pub(super) fn load_squares(transformed: &Transformed, ku: &Vector) -> [f64; 2] {
-    let at = |v: usize| (0..3).map(|c| (transformed.f[v][c] - ku[v][c]).powi(2)).sum::<f64>();
-    [dot(&transformed.f, &transformed.f), transformed.points.iter().map(|p| at(p.node)).sum()]
+/// The squares of both at the nodes of this rank; the forces of equations are loads.
+pub(super) fn load_squares(problem: &Subproblem<'_>, at: &Iterate) -> [f64; 2] {
+    let transformed = problem.transformed;
+    let of_equations = problem.equations.map_or(0.0, |equations| equations.force_square(&at.multipliers));
+    let square = |v: usize| at.force(transformed, v).iter().map(|f| f * f).sum::<f64>();
+    let contact = transformed.points.iter().map(|p| square(p.node)).sum();
+    [dot(&transformed.f, &transformed.f) + of_equations, contact]
 }

@@ -1,5 +1,6 @@
 //! Memory of the multigrid path, predicted before the hierarchy is set up.
 
+use super::equations::{equations, rows_of};
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::linalg::memory::ensure;
@@ -13,6 +14,10 @@ impl Threshold {
     const BYTES_PER_UNKNOWN: f64 = 1550.0;
     /// Bytes an entry of `B` takes in its copies.
     const BYTES_PER_CONTACT_ENTRY: f64 = 80.0;
+    /// Bytes an unknown of the fields of an equation over many nodes, which are there twice while they are made anew.
+    const BYTES_PER_FIELD: f64 = 16.0;
+    /// Bytes an entry of `K` in the problem without them.
+    const BYTES_PER_COPIED_ENTRY: f64 = 12.0;
     /// The dense matrices of the coarsest level, whose size is bounded.
     const BYTES: f64 = 60e6;
 }
@@ -32,5 +37,9 @@ pub(crate) fn multigrid_bytes(unknowns: f64, entries: f64, contact_entries: f64)
 pub(crate) fn multigrid_fits(problem: &ContactProblem, limit: Option<u64>) -> Result<(), Error> {
     let n = problem.unknowns();
     let [entries, of_contact] = [problem.elastic.K.value.len(), problem.contact.B.value.len()].map(|c| c as f64);
-    ensure(&format!("multigrid for {n} unknowns"), multigrid_bytes(n as f64, entries, of_contact), limit)
+    let fields = rows_of(problem, &equations(problem)).len() as f64;
+    let copied = if fields > 0.0 { Threshold::BYTES_PER_COPIED_ENTRY * entries } else { 0.0 };
+    let bytes =
+        multigrid_bytes(n as f64, entries, of_contact) + Threshold::BYTES_PER_FIELD * fields * n as f64 + copied;
+    ensure(&format!("multigrid for {n} unknowns"), bytes, limit)
 }

@@ -15,6 +15,7 @@ mod directions;
 mod divided;
 mod divided_bodies;
 mod elastic;
+mod equations;
 mod fixed_point;
 mod floating;
 mod iteration;
@@ -35,8 +36,9 @@ mod tightening;
 mod transform;
 mod uniqueness;
 
+pub(crate) use equations::equations;
 pub(crate) use memory::{multigrid_bytes, multigrid_fits};
 pub(crate) use part::{Part, SetUp, points_in};
 pub use solve::{Multigrid, solve_multigrid};
-pub(crate) use tightening::{SoughtForce, Tightened, tighten_by_multigrid};
+pub(crate) use tightening::{SoughtForce, Tightened, tighten_by_multigrid, tighten_part};
 pub use uniqueness::coulomb_facts_by_multigrid;

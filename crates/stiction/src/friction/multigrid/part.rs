@@ -1,10 +1,13 @@
-//! Multigrid where points share their nodes with others that are out: the problem of the points that are in, each of which then has
-//! a node of its own.
+//! Multigrid of some of the points of a problem: where points share their nodes with others that are out, of those that are in, each of
+//! which then has a node of its own; where some are equations over many nodes, of the others.
 
-use super::solve::Multigrid;
+use super::equations::rows_of;
+use super::solve::{Multigrid, solve_multigrid, solve_part};
+use crate::Error;
 use crate::certificate::certify;
 use crate::contact::ContactProblem;
-use crate::friction::{PointState, Solution, Status};
+use crate::friction::{PointState, Progress, Settings, Solution, Status};
+use crate::linalg::Watch;
 
 /// A hierarchy, and where it is not that of all points those that it is of.
 pub(crate) struct SetUp<'a> {
@@ -12,9 +15,29 @@ pub(crate) struct SetUp<'a> {
     pub part: Option<Part>,
 }
 
-/// The points that are in, and the problem of these alone.
+impl SetUp<'_> {
+    /// The solution of `problem`, as [`solve_multigrid`].
+    ///
+    /// # Errors
+    /// If equations over many nodes depend on one another.
+    pub(crate) fn solution(
+        self,
+        problem: &ContactProblem,
+        settings: &Settings,
+        observer: &mut Watch<Progress>,
+    ) -> Result<Solution, Error> {
+        match &self.part {
+            None => Ok(solve_multigrid(problem, self.multigrid, settings, observer)),
+            Some(part) => solve_part((problem, part), self.multigrid, settings, observer),
+        }
+    }
+}
+
+/// Some of the points, and the problem of these alone.
 pub(crate) struct Part {
     points: Vec<u32>,
+    /// Points of the whole that hold as equations.
+    pub equations: Vec<u32>,
     pub problem: ContactProblem,
 }
 
@@ -25,20 +48,32 @@ pub(crate) fn points_in(problem: &ContactProblem) -> Vec<u32> {
 }
 
 impl Part {
-    pub(crate) fn new(problem: &ContactProblem, points: Vec<u32>) -> Part {
-        Part { problem: problem.of_points(&points), points }
+    /// `equations` are all of the problem: those that are out do not hold.
+    pub(crate) fn new(problem: &ContactProblem, points: Vec<u32>, mut equations: Vec<u32>) -> Part {
+        equations.retain(|j| problem.contact.out.binary_search(j).is_err());
+        Part { problem: problem.of_points(&points), points, equations }
     }
 
-    /// The multipliers of all points of the whole problem, `3m`.
-    pub(crate) fn of_all(&self, whole: &ContactProblem, lambda: &[f64]) -> Vec<f64> {
-        whole.of_all_points(&self.points, lambda)
+    /// The multipliers of all points of the whole problem, `3m`, from those of the points and of the equations.
+    pub(crate) fn of_all(&self, whole: &ContactProblem, lambda: &[f64], multipliers: &[f64]) -> Vec<f64> {
+        let mut all = whole.of_all_points(&self.points, lambda);
+        let rows = rows_of(whole, &self.equations);
+        rows.into_iter().zip(multipliers).for_each(|(i, &multiplier)| all[i] = multiplier);
+        all
     }
 
-    /// The solution of the whole problem, judged as such; points that are out are open.
-    pub(crate) fn whole(&self, whole: &ContactProblem, solution: Solution) -> Solution {
-        let lambda = self.of_all(whole, &solution.lambda);
+    /// The states of all points of the whole problem from those of the points; points that are out are open.
+    pub(crate) fn states_of_all(&self, whole: &ContactProblem, of_points: &[PointState]) -> Vec<PointState> {
         let mut states = vec![PointState::Open; whole.points()];
-        self.points.iter().zip(&solution.states).for_each(|(&j, &state)| states[j as usize] = state);
+        self.equations.iter().for_each(|&j| states[j as usize] = PointState::Stick);
+        self.points.iter().zip(of_points).for_each(|(&j, &state)| states[j as usize] = state);
+        states
+    }
+
+    /// The solution of the whole problem, judged as such, from that of the points. No equation holds.
+    pub(crate) fn whole(&self, whole: &ContactProblem, solution: Solution) -> Solution {
+        let lambda = self.of_all(whole, &solution.lambda, &[]);
+        let states = self.states_of_all(whole, &solution.states);
         let certificate = certify(whole, &solution.u, &lambda, solution.certificate.tolerance);
         let status = match solution.status {
             Status::Solved if !certificate.passed => Status::Stalled,

@@ -2,8 +2,10 @@ use super::active_set::{ContactCondition, PointLaw};
 use super::coarse_start;
 use super::directions::norm;
 use super::divided::Divided;
+use super::equations::Equations;
 use super::floating::FloatingBodies;
 use super::iteration::{Iterate, State, Subproblem, judge, judged as judged_by_law, squares};
+use super::part::Part;
 use super::points::Point;
 use super::strategy::{STAGES, Traits};
 use super::transform::Transformed;
@@ -26,6 +28,8 @@ pub struct Multigrid {
     pub(super) hierarchy: Hierarchy,
     /// Of a problem that is divided among ranks.
     divided: Option<Divided>,
+    /// Equations over many nodes of an earlier solve.
+    pub(super) equations: Option<Equations>,
 }
 
 impl Multigrid {
@@ -45,7 +49,7 @@ impl Multigrid {
     /// As [`Multigrid::new`]; if it is stopped [`Error::interrupted`].
     pub fn until(problem: &ContactProblem, stop: &Stop) -> Result<Multigrid, Error> {
         let (transformed, hierarchy) = Transformed::new(problem, stop)?;
-        Ok(Multigrid { transformed, hierarchy, divided: None })
+        Ok(Multigrid { transformed, hierarchy, divided: None, equations: None })
     }
 
     /// The same on each of several ranks, whose problems are parts of one; returns the problem of the points of this rank too,
@@ -60,7 +64,7 @@ impl Multigrid {
     ) -> Result<(Multigrid, ContactProblem), Error> {
         let (transformed, hierarchy, divided) = Transformed::divided(whole, division, stop)?;
         let own = divided.own();
-        Ok((Multigrid { transformed, hierarchy, divided: Some(divided) }, own))
+        Ok((Multigrid { transformed, hierarchy, divided: Some(divided), equations: None }, own))
     }
 
     /// The problem of the points of this rank of `whole`, which differs from that of the set-up in loads, gaps, slip references and
@@ -164,8 +168,50 @@ pub fn solve_multigrid(
     if multigrid.has_strength(problem) {
         return solve_without_strength(problem, multigrid, settings, observer);
     }
-    let Multigrid { transformed, hierarchy, divided } = multigrid;
+    solve_with(problem, multigrid, None, settings, observer)
+}
+
+/// The same of a problem by a part of its points.
+///
+/// # Errors
+/// If equations depend on one another.
+///
+/// # Panics
+/// As [`solve_multigrid`].
+pub(crate) fn solve_part(
+    (whole, part): (&ContactProblem, &Part),
+    multigrid: &mut Multigrid,
+    settings: &Settings,
+    observer: &mut Watch<Progress>,
+) -> Result<Solution, Error> {
+    let equations = Equations::of_part(whole, part, multigrid)?;
+    let Some(equations) = equations else {
+        return Ok(part.whole(whole, solve_multigrid(&part.problem, multigrid, settings, observer)));
+    };
+    let found =
+        solve_with(&part.problem, multigrid, Some(&OfWhole { whole, part, equations: &equations }), settings, observer);
+    multigrid.equations = Some(equations);
+    Ok(found)
+}
+
+/// The problem that one is a part of, and its equations over many nodes.
+struct OfWhole<'a> {
+    whole: &'a ContactProblem,
+    part: &'a Part,
+    equations: &'a Equations,
+}
+
+/// The solution of `problem`, or of the whole problem that it is a part of.
+fn solve_with(
+    problem: &ContactProblem,
+    multigrid: &mut Multigrid,
+    of_whole: Option<&OfWhole>,
+    settings: &Settings,
+    observer: &mut Watch<Progress>,
+) -> Solution {
+    let Multigrid { transformed, hierarchy, divided, .. } = multigrid;
     let divided = divided.as_ref();
+    let equations = of_whole.map(|of| of.equations);
     let sizes = (transformed.nodes.of.len(), transformed.points.len());
     assert_eq!(sizes, (problem.unknowns(), problem.points()), "unknowns and points of the set-up and of the problem");
     if let Some(u) = &settings.start_displacement {
@@ -178,8 +224,8 @@ pub fn solve_multigrid(
     let convex = !transformed.halo().any(!convex(&problem.contact.friction));
     let max_iterations = settings.max_iterations;
     let asked = settings.path == SolverPath::Multigrid;
-    let traits = Traits { floats, convex, asked, max_iterations };
-    let begin = start(problem, transformed, &laws, hierarchy, settings);
+    let traits = Traits { floats, convex, has_equations: equations.is_some(), asked, max_iterations };
+    let begin = start(problem, (transformed, &laws, equations), hierarchy, settings);
     let begin = if settings.start_displacement.is_some() { begin.given() } else { begin };
     let mut history = Vec::new();
     let mut observe = |cycle: usize, residual: f64, states: [usize; 3]| {
@@ -188,7 +234,8 @@ pub fn solve_multigrid(
         observer(&progress)
     };
     let (mut state, mut end, mut target) = (State::default(), End::Stalled, settings.tolerance);
-    let floating = FloatingBodies::new(problem, transformed);
+    // Bodies that equations hold do not float.
+    let floating = if equations.is_none() { FloatingBodies::new(problem, transformed) } else { None };
     let (mut certified, mut best) = (None, None);
     for stage in &STAGES {
         if !(stage.entry)(end, &traits) {
@@ -204,6 +251,7 @@ pub fn solve_multigrid(
             max_violation: (stage.max_violation)(&traits),
             floating: floating.as_ref(),
             tightening: None,
+            equations,
         };
         loop {
             let subproblem = Subproblem { tolerance: target, ..subproblem };
@@ -212,7 +260,7 @@ pub fn solve_multigrid(
             if end != End::Converged {
                 break;
             }
-            let converged = solution(problem, transformed, divided, &state, end, settings.tolerance);
+            let converged = solution(problem, transformed, (divided, of_whole), &state, end, settings.tolerance);
             target = Target::after(target, &converged.certificate);
             if converged.certificate.is_as_good_as_the_data() || target < Target::LEAST * settings.tolerance {
                 certified = Some(converged);
@@ -233,7 +281,7 @@ pub fn solve_multigrid(
         // A stage that ends by its own budget has failed; the user's leaves something to raise.
         let own_budget = end == End::Limit && state.cycles < settings.max_iterations;
         let end = if own_budget { End::Stalled } else { end };
-        solution(problem, transformed, divided, &state, end, settings.tolerance)
+        solution(problem, transformed, (divided, of_whole), &state, end, settings.tolerance)
     });
     Solution { history, ..solution }
 }
@@ -263,12 +311,15 @@ fn solve_without_strength(
 /// Where the iteration begins: at the displacements given, or else where its start looks for them.
 pub(super) fn start(
     problem: &ContactProblem,
-    transformed: &Transformed,
-    laws: &[PointLaw],
+    (transformed, laws, equations): (&Transformed, &[PointLaw], Option<&Equations>),
     hierarchy: &mut Hierarchy,
     settings: &Settings,
 ) -> State {
     let given = settings.start_displacement.as_ref().map(|u| State::at(transformed.to_frames(u), &transformed.k));
+    if equations.is_some() {
+        // Coarse spaces and rigid equilibria know nothing of what equations prescribe.
+        return given.unwrap_or_else(|| State::zero(transformed.f.len()));
+    }
     if let Some(given) = given.filter(|given| !none_is_nearer(transformed, laws, &given.iterate)) {
         return given;
     }
@@ -298,6 +349,7 @@ fn none_is_nearer(transformed: &Transformed, laws: &[PointLaw], given: &Iterate)
         max_violation: f64::INFINITY,
         floating: None,
         tightening: None,
+        equations: None,
     };
     let left = |mut at: Iterate| {
         at.conditions = judged_by_law(&problem, &at);
@@ -415,16 +467,24 @@ fn judged(
 fn solution(
     problem: &ContactProblem,
     transformed: &Transformed,
-    divided: Option<&Divided>,
+    (divided, of_whole): (Option<&Divided>, Option<&OfWhole>),
     state: &State,
     end: End,
     tolerance: f64,
 ) -> Solution {
     let lambda = multipliers(problem, transformed, &state.iterate);
     let u = transformed.out_of_frames(&state.iterate.u);
+    let states: Vec<PointState> =
+        state.iterate.conditions.iter().zip(&problem.contact.friction).map(state_of).collect();
+    let (problem, lambda, states) = match of_whole {
+        None => (problem, lambda, states),
+        Some(OfWhole { whole, part, .. }) => {
+            let multipliers = &state.iterate.multipliers;
+            (*whole, part.of_all(whole, &lambda, multipliers), part.states_of_all(whole, &states))
+        }
+    };
     let certificate = judged(problem, divided, (&u, &lambda), tolerance);
     let status = end.status(certificate.passed);
-    let states = state.iterate.conditions.iter().zip(&problem.contact.friction).map(state_of).collect();
     let counts = Counts { cycles: state.cycles, restarts: state.resets, ..Counts::default() };
     let path = SolverPath::Multigrid;
     Solution { status, path, u, lambda, states, certificate, counts, history: Vec::new() }

@@ -2,6 +2,7 @@
 
 use super::active_set::{ContactCondition, PointLaw, across};
 use super::directions::{Direction, MOST_DIRECTIONS, dot, minimise};
+use super::equations::Projection;
 use super::iteration::{Iterate, Observe, State, Subproblem, Survey, judge, load_squares, residual, run};
 use super::points::Point;
 use super::step_length::least_along;
@@ -85,8 +86,11 @@ fn settle(
         at.conditions =
             problem.points().map(|(p, law)| spring_condition(law, p, at.u[p.node], stiffness(law))).collect();
         state.apply_targets(problem);
+        if let Some(equations) = problem.equations {
+            equations.balance(problem, &Projection::default(), &mut state.iterate);
+        }
         let r = residual(problem, &state.iterate);
-        let [load, contact] = load_squares(problem.transformed, &state.iterate.ku);
+        let [load, contact] = load_squares(problem, &state.iterate);
         let Survey { violated, states, stops, .. } = state.survey_with(problem, [dot(&r, &r), load, contact]);
         if state.is_stopped(problem, stops, observe(state.cycles, violated, states)) {
             return Some(End::Interrupted);
@@ -100,7 +104,10 @@ fn settle(
         let constraints: Vec<NodeConstraint> = state.iterate.conditions.iter().map(|c| c.constraint).collect();
         // Springs are soft beside the parameter of the law, by which `constrain` decides whether coarse levels change.
         hierarchy.constrain(&constraints, CoarseLevels::Change, true);
-        let p = hierarchy.cycle(&r);
+        let mut p = hierarchy.cycle(&r);
+        if let Some(equations) = problem.equations {
+            equations.project(&Projection::default(), &mut p);
+        }
         let kp = problem.transformed.k.times(&p);
         directions.insert(0, Direction { p, kp, shortening: Vec::new() });
         let Transformed { points, .. } = problem.transformed;

@@ -12,6 +12,8 @@ pub(super) struct Traits {
     pub floats: bool,
     /// Whether the solution minimises an energy: no slip bound depends on a normal force.
     pub convex: bool,
+    /// Whether equations over many nodes hold beside contact.
+    pub has_equations: bool,
     /// Whether multigrid is asked for, so that no other path follows.
     pub asked: bool,
     /// The user's bound on the cycles.
@@ -63,7 +65,11 @@ pub(super) const STAGES: [Stage; 3] = [
     // cycles are used up, with as many again; with Coulomb friction a limit of cycles is the user's.
     Stage {
         run: fixed_point,
-        entry: |end, traits| end == End::Stalled || end == End::Limit && traits.convex,
+        entry: |end, traits| {
+            let failed = end == End::Stalled || end == End::Limit && traits.convex;
+            // Its descent moves nodes one by one.
+            failed && !traits.has_equations
+        },
         budget: |cycles, traits| match (traits.convex, traits.asked) {
             (true, _) => cycles.saturating_add(traits.max_iterations),
             (false, true) => traits.max_iterations,
@@ -80,7 +86,7 @@ mod tests {
 
     /// The stage that follows the first one.
     fn next(end: End, floats: bool, convex: bool) -> Option<usize> {
-        let traits = Traits { floats, convex, asked: false, max_iterations: 400 };
+        let traits = Traits { floats, convex, has_equations: false, asked: false, max_iterations: 400 };
         (1..STAGES.len()).find(|&stage| (STAGES[stage].entry)(end, &traits))
     }
 
@@ -98,7 +104,10 @@ mod tests {
     #[test]
     fn the_fixed_point_keeps_to_the_cycles_of_the_user_and_a_descent_gets_as_many_again() {
         let budget = |convex, asked, cycles| {
-            (STAGES[2].budget)(cycles, &Traits { floats: false, convex, asked, max_iterations: 400 })
+            (STAGES[2].budget)(
+                cycles,
+                &Traits { floats: false, convex, has_equations: false, asked, max_iterations: 400 },
+            )
         };
         assert_eq!([budget(false, false, 60), budget(false, false, 350), budget(true, false, 350)], [180, 400, 750]);
         assert_eq!([budget(false, true, 60), budget(true, true, 350)], [400, 750]);

@@ -123,8 +123,17 @@ fn disorder(problem: &ContactProblem) -> Vec<f64> {
 }
 
 fn subproblem<'a>(transformed: &'a Transformed, laws: &'a [PointLaw], cycles: usize) -> Subproblem<'a> {
-    let (max_cycles, max_resets, max_violation, floating, tightening) = (cycles, 0, f64::INFINITY, None, None);
-    Subproblem { transformed, laws, tolerance: 1e-10, max_cycles, max_resets, max_violation, floating, tightening }
+    Subproblem {
+        transformed,
+        laws,
+        tolerance: 1e-10,
+        max_cycles: cycles,
+        max_resets: 0,
+        max_violation: f64::INFINITY,
+        floating: None,
+        tightening: None,
+        equations: None,
+    }
 }
 
 /// The direct path is the second road.

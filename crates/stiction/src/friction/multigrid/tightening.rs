@@ -7,10 +7,13 @@
 //! before each cycle, and the search directions of the cycles are made conjugate to it.
 
 use super::directions::{Direction, Vector};
+use super::equations::Equations;
 use super::iteration::{Iterate, State, Subproblem};
+use super::part::Part;
 use super::solve::{Multigrid, multipliers, point_laws, progress, start};
 use super::strategy::{STAGES, Traits};
 use super::transform::Transformed;
+use crate::Error;
 use crate::contact::ContactProblem;
 use crate::friction::{Counts, End, Progress, Settings, SolverPath};
 use crate::linalg::{SmallLu, Watch};
@@ -175,6 +178,8 @@ pub(crate) struct Tightened {
     pub u: Vec<f64>,
     /// Multipliers, newton, `3m`.
     pub lambda: Vec<f64>,
+    /// Those of equations over many nodes.
+    multipliers: Vec<f64>,
     /// What it cost.
     pub counts: Counts,
 }
@@ -195,6 +200,37 @@ pub(crate) fn tighten_by_multigrid(
     settings: &Settings,
     observer: &mut Watch<Progress>,
 ) -> Tightened {
+    tighten_with(problem, multigrid, (sought, None), settings, observer)
+}
+
+/// The same of a part of the points of a problem.
+///
+/// # Errors
+/// If equations depend on one another.
+///
+/// # Panics
+/// As [`tighten_by_multigrid`].
+pub(crate) fn tighten_part(
+    (whole, part): (&ContactProblem, &Part),
+    multigrid: &mut Multigrid,
+    sought: &[SoughtForce],
+    settings: &Settings,
+    observer: &mut Watch<Progress>,
+) -> Result<Tightened, Error> {
+    let equations = Equations::of_part(whole, part, multigrid)?;
+    let mut found = tighten_with(&part.problem, multigrid, (sought, equations.as_ref()), settings, observer);
+    multigrid.equations = equations;
+    found.lambda = part.of_all(whole, &found.lambda, &found.multipliers);
+    Ok(found)
+}
+
+fn tighten_with(
+    problem: &ContactProblem,
+    multigrid: &mut Multigrid,
+    (sought, equations): (&[SoughtForce], Option<&Equations>),
+    settings: &Settings,
+    observer: &mut Watch<Progress>,
+) -> Tightened {
     if multigrid.has_strength(problem) {
         let mut found = multigrid.with_strength_off(problem, |shifted, multigrid| {
             tighten_by_multigrid(shifted, multigrid, sought, settings, observer)
@@ -210,11 +246,12 @@ pub(crate) fn tighten_by_multigrid(
     let traits = Traits {
         floats,
         convex: false,
+        has_equations: equations.is_some(),
         asked: settings.path == SolverPath::Multigrid,
         max_iterations: settings.max_iterations,
     };
     let tightening = Tightening::new(transformed, sought);
-    let mut state = start(problem, transformed, &laws, hierarchy, settings);
+    let mut state = start(problem, (transformed, &laws, equations), hierarchy, settings);
     let first = &STAGES[0];
     let subproblem = Subproblem {
         transformed,
@@ -225,6 +262,7 @@ pub(crate) fn tighten_by_multigrid(
         max_violation: f64::INFINITY,
         floating: None,
         tightening: Some(&tightening),
+        equations,
     };
     let mut observe = |cycle: usize, residual: f64, states: [usize; 3]| observer(&progress(cycle, residual, states));
     let end = (first.run)(&subproblem, hierarchy, &mut state, &mut observe);
@@ -232,5 +270,6 @@ pub(crate) fn tighten_by_multigrid(
     let lambda = multipliers(problem, transformed, &iterate);
     let u = transformed.out_of_frames(&iterate.u);
     let counts = Counts { cycles, restarts: monitor.resets, ..Counts::default() };
-    Tightened { solved: end == End::Converged, shortening: iterate.shortening, u, lambda, counts }
+    let Iterate { shortening, multipliers, .. } = iterate;
+    Tightened { solved: end == End::Converged, shortening, u, lambda, multipliers, counts }
 }

@@ -62,6 +62,7 @@ impl Linear<'_> {
             max_violation: f64::INFINITY,
             floating: None,
             tightening: None,
+            equations: None,
         };
         let load = at.conditions.iter().flat_map(|c| c.friction).map(|x| x * x).sum::<f64>().sqrt();
         let mut directions: Vec<Direction> = Vec::new();

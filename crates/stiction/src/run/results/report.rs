@@ -218,9 +218,9 @@ fn by_facets(FacetedRecord { motion, slope, angle }: &FacetedRecord, t: Option<f
     };
     let [slope, angle] = [slope, angle].map(in_degrees);
     format!(
-        "nothing but the facets of the mesh resists a motion{at}: {motion}; it climbs {slope} where the normals of the two surfaces \
-         differ by {angle}, and friction is at its limit or there is none: where it ends, and forces that grow with it, say nothing; \
-         hold it by a [[fix]], or by an obstacle of exact shape"
+        "hardly more than the facets of a mesh or of triangles resists a motion{at}: {motion}; it climbs {slope} where normals of the \
+         surfaces are off by {angle}, and friction is at its limit or there is none: where it ends, and forces that grow with it, say \
+         nothing; hold it by a [[fix]], or by a plane, ball or cylinder as obstacle"
     )
 }
 

@@ -7,9 +7,10 @@ use std::ops::ControlFlow;
 use rayon::prelude::*;
 
 use crate::fem::full_displacement;
-use crate::friction::{Multigrid, Settings, solve_multigrid};
+use crate::friction::{Progress, Settings};
 use crate::linalg::Stop;
 use crate::run::pose::{Coarser, Prepared};
+use crate::solve::Kept;
 
 /// Accuracy of the coarse solution; a better one saves no fine cycles, one of 0.1 costs one now and then.
 const TOLERANCE: f64 = 0.03;
@@ -25,12 +26,12 @@ pub(crate) fn settings() -> Settings {
 /// if it is not found, or not before `stop` asks to end.
 pub(crate) fn start(coarser: &Coarser, fine: &Prepared, stop: &Stop) -> Option<Vec<f64>> {
     let problem = &coarser.prepared.problem;
-    let mut multigrid = Multigrid::until(problem, stop).ok()?;
-    let start_displacement = coarser.prepared.coarser.as_ref().and_then(|c| start(c, &coarser.prepared, stop));
-    let settings = Settings { start_displacement, ..settings() };
-    let solution = solve_multigrid(problem, &mut multigrid, &settings, &mut |_| {
-        if stop.asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
+    let mut settings = Settings { stop: stop.clone(), ..settings() };
+    let mut kept = Kept::default();
+    let set_up = kept.set_up(problem, &settings, &mut |_| ControlFlow::Continue(())).ok()?;
+    settings.start_displacement = coarser.prepared.coarser.as_ref().and_then(|c| start(c, &coarser.prepared, stop));
+    let mut watch = |_: &Progress| if stop.asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    let solution = set_up.solution(problem, &settings, &mut watch).ok()?;
     if !solution.certificate.passed {
         return None;
     }

@@ -431,6 +431,8 @@ pub(crate) fn uniqueness_facts(
     outcome.coulomb = if by_multigrid {
         kept.set_up(problem, &settings.solver, quiet).ok().and_then(|set_up| match set_up.part {
             None => coulomb_facts_by_multigrid(problem, set_up.multigrid, solution),
+            // Cycles alone do not keep what they prescribe.
+            Some(part) if !part.equations.is_empty() => None,
             Some(part) => coulomb_facts_by_multigrid(&part.problem, set_up.multigrid, &part.narrowed(solution)),
         })
     } else {

@@ -60,7 +60,7 @@ pub struct AnswerRecord {
     /// Bodies that nothing holds: their places say nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unheld: Vec<String>,
-    /// A motion that nothing but the facets of curved surfaces resists.
+    /// A motion that hardly more than the facets of curved surfaces resists.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_by_facets: Option<FacetedRecord>,
     /// `1/2 u'Ku - f'u` over all degrees of freedom.

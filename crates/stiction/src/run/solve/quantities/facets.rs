@@ -38,11 +38,18 @@ pub(crate) fn faceted(prepared: &Prepared, solution: &Solution) -> Option<Facete
 }
 
 /// By how much the normals of both surfaces of a pair differ at each point, radians: on the other one that of its nodes, weighted as these count.
-/// Zero on obstacles, whose normals are exact.
+/// On an obstacle of triangles by how much its normals are off those of the smooth surface; zero on others, whose normals are exact.
 fn angles(prepared: &Prepared) -> Vec<f64> {
     let (mut angles, frames) = (vec![0.0; prepared.problem.points()], frames(prepared));
     for (surface, pair) in prepared.surfaces.iter().zip(&prepared.problem.labels.pairs) {
-        let Counterpart::Surface(master) = &surface.against else { continue };
+        let master = match &surface.against {
+            Counterpart::Surface(master) => master,
+            Counterpart::Obstacle(obstacle) => {
+                let of_point = |j: usize| obstacle.normal_error(prepared.mesh.nodes[frames[j].node as usize]);
+                pair.points.clone().for_each(|j| angles[j] = of_point(j));
+                continue;
+            }
+        };
         let normals: HashMap<u32, V3> = nodal_normals(&prepared.mesh, &master.faces).into_iter().collect();
         for j in pair.points.clone() {
             let mut sum = [0.0; 3];
