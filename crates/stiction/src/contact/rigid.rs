@@ -78,6 +78,33 @@ impl RigidMotions {
         self.bodies.is_empty()
     }
 
+    /// Those combinations of the motions of each body on which none of these rows of unknowns acts.
+    pub(crate) fn beside(&self, rows: &[Vec<(u32, f64)>]) -> RigidMotions {
+        let rest = |body: &FloatingBody| {
+            let count = body.motions.len();
+            let mut gram = vec![vec![0.0; count]; count];
+            for row in rows {
+                let place = |(i, value): &(u32, f64)| Some((body.unknowns.binary_search(i).ok()?, *value));
+                let of_body: Vec<(usize, f64)> = row.iter().filter_map(place).collect();
+                let square: f64 = of_body.iter().map(|(_, value)| value * value).sum();
+                let work = |motion: &Vec<f64>| of_body.iter().map(|(i, value)| value * motion[*i]).sum::<f64>();
+                let works: Vec<f64> = body.motions.iter().map(work).collect();
+                for (a, b) in (0..count).flat_map(|a| (0..count).map(move |b| (a, b))) {
+                    gram[a][b] += works[a] * works[b] / square.max(f64::MIN_POSITIVE);
+                }
+            }
+            let combined = |weights: &Vec<f64>| {
+                let mut motion = vec![0.0; body.unknowns.len()];
+                weights.iter().zip(&body.motions).for_each(|(&w, m)| axpy(w, m, &mut motion));
+                (motion, std::array::from_fn(|k| dot(weights, &column(&body.coefficients, k))))
+            };
+            let (motions, coefficients) = near_kernel_of(&gram, DEPENDENT * DEPENDENT).iter().map(combined).unzip();
+            FloatingBody { unknowns: body.unknowns.clone(), motions, coefficients }
+        };
+        let bodies = self.bodies.iter().map(rest).filter(|body| !body.motions.is_empty()).collect();
+        RigidMotions { bodies }
+    }
+
     /// The columns of `R`, each with its body.
     fn columns(&self) -> impl Iterator<Item = (&FloatingBody, &Vec<f64>)> {
         self.bodies.iter().flat_map(|body| body.motions.iter().map(move |motion| (body, motion)))

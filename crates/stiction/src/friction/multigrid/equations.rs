@@ -15,6 +15,7 @@ use super::points::Point;
 use super::solve::{Multigrid, point_laws};
 use super::transform::{Transformed, refused};
 use crate::Error;
+use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, Friction};
 use crate::linalg::multigrid::{CoarseLevels, Hierarchy, NodeConstraint};
 use crate::linalg::{SmallLu, dot as dot_of};
@@ -69,6 +70,8 @@ pub(super) struct Equations {
     fields: Fields,
     /// `G Gᵀ`.
     gram: Vec<Vec<f64>>,
+    /// Rigid motions that neither supports nor these equations hold.
+    pub motions: RigidMotions,
 }
 
 /// `Z`: what the hierarchy makes of the forces `Gᵀ`.
@@ -141,7 +144,10 @@ impl Equations {
         let dependent = || refused("equations over many nodes depend on one another, or on the supports");
         let fields = fields.ok_or_else(dependent)?;
         let gram = products(rows.len(), |i, j| product(&rows[i], &dense(&rows[j], transformed.f.len())));
-        Ok(Equations { points, rows, values: Vec::new(), fields, gram })
+        let of_unknowns = |i: usize| whole.contact.B.entries_of(i).collect();
+        let motions =
+            transformed.motions.beside(&rows_of(whole, &points).into_iter().map(of_unknowns).collect::<Vec<_>>());
+        Ok(Equations { points, rows, values: Vec::new(), fields, gram, motions })
     }
 
     /// Moves the iterate to where the equations hold, and their multipliers to where nothing along the fields is out of balance.

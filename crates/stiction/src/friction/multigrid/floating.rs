@@ -73,8 +73,8 @@ fn friction_of_all(halo: &Halo, problem: &ContactProblem) -> Vec<Friction> {
 }
 
 /// Work of the loads on the motions of floating bodies, newton.
-fn resultant(problem: &ContactProblem, transformed: &Transformed) -> Vec<f64> {
-    let (halo, motions) = (transformed.halo(), &transformed.motions);
+fn resultant(problem: &ContactProblem, transformed: &Transformed, motions: &RigidMotions) -> Vec<f64> {
+    let halo = transformed.halo();
     // Loads at nodes of other ranks are theirs.
     let is_own = |i: usize| (transformed.nodes.of[i].0 as usize) < halo.own();
     let load: Vec<f64> = problem.elastic.f.iter().enumerate().map(|(i, &f)| if is_own(i) { f } else { 0.0 }).collect();
@@ -111,7 +111,7 @@ impl Multigrid {
         halo.sum(&mut work);
         let pulled = work.as_chunks().0.iter().zip(pull);
         let pulled = pulled.map(|([sum, size], pull)| unless_rounding([sum + pull, size + pull.abs()]));
-        let resultant = [resultant(problem, transformed), pulled.collect()].concat();
+        let resultant = [resultant(problem, transformed, motions), pulled.collect()].concat();
         let (friction, jumps, resultant) = (&friction[..], &jumps, &resultant[..]);
         let foundation = Foundation { friction, jumps, resultant, gap: &gap, stiffness: &stiffness };
         let alpha = foundation.equilibrium().alpha;
@@ -123,15 +123,18 @@ impl Multigrid {
 }
 
 impl<'a> FloatingBodies<'a> {
-    /// `None` where no body floats.
-    pub(super) fn new(problem: &'a ContactProblem, transformed: &'a Transformed) -> Option<FloatingBodies<'a>> {
+    /// With these rigid motions; `None` where no body floats.
+    pub(super) fn new(
+        problem: &'a ContactProblem,
+        transformed: &Transformed,
+        motions: &'a RigidMotions,
+    ) -> Option<FloatingBodies<'a>> {
         let halo = transformed.halo();
-        if !transformed.floats() {
+        if !transformed.floats() || halo.is_alone() && motions.is_empty() {
             return None;
         }
-        let motions = &transformed.motions;
         let jumps = rows_of_all_points(halo, motions.jumps(&problem.isotropic_rows()));
-        let (friction, resultant) = (friction_of_all(halo, problem), resultant(problem, transformed));
+        let (friction, resultant) = (friction_of_all(halo, problem), resultant(problem, transformed, motions));
         Some(FloatingBodies { problem, motions, jumps, friction, resultant })
     }
 

@@ -40,6 +40,14 @@ impl<'a> Subproblem<'a> {
         self.transformed.points.iter().zip(self.laws)
     }
 
+    /// Whether contact alone supports some body; the same on all ranks.
+    fn floats(&self) -> bool {
+        match self.equations {
+            Some(equations) => !equations.motions.is_empty(),
+            None => self.transformed.floats(),
+        }
+    }
+
     /// `K u` less the forces of the shortenings, with those of the equations.
     pub(super) fn forces_within(&self, at: &Iterate) -> Vector {
         let mut forces = self.transformed.k.times(&at.u);
@@ -162,7 +170,7 @@ pub(super) fn run(
     state: &mut State,
     observe: &mut Observe<'_>,
 ) -> End {
-    let floats = problem.transformed.floats();
+    let floats = problem.floats();
     loop {
         if let Some(floating) = problem.floating.filter(|_| state.monitor.is_far()) {
             balance(floating, problem, &mut state.iterate);

@@ -220,7 +220,8 @@ fn solve_with(
     transformed.set_load(&problem.elastic.f);
     let transformed = &*transformed;
     let laws = point_laws(problem, transformed);
-    let floats = transformed.floats();
+    let motions = equations.map_or(&transformed.motions, |equations| &equations.motions);
+    let floats = transformed.floats() && (equations.is_none() || !motions.is_empty());
     let convex = !transformed.halo().any(!convex(&problem.contact.friction));
     let max_iterations = settings.max_iterations;
     let asked = settings.path == SolverPath::Multigrid;
@@ -234,8 +235,7 @@ fn solve_with(
         observer(&progress)
     };
     let (mut state, mut end, mut target) = (State::default(), End::Stalled, settings.tolerance);
-    // Bodies that equations hold do not float.
-    let floating = if equations.is_none() { FloatingBodies::new(problem, transformed) } else { None };
+    let floating = FloatingBodies::new(problem, transformed, motions);
     let (mut certified, mut best) = (None, None);
     for stage in &STAGES {
         if !(stage.entry)(end, &traits) {
@@ -408,7 +408,11 @@ fn start_of_floating_bodies(
     let wide = |(p, gap): (&Point, &f64)| p.floats && *gap > p.compliance * load;
     let wide = transformed.points.iter().zip(&problem.contact.gap).any(wide);
     if !transformed.halo().is_alone() {
-        let floating = if transformed.halo().any(wide) { FloatingBodies::new(problem, transformed) } else { None };
+        let floating = if transformed.halo().any(wide) {
+            FloatingBodies::new(problem, transformed, &transformed.motions)
+        } else {
+            None
+        };
         return floating.map(|floating| floating.start(transformed, laws));
     }
     wide.then(|| rigid_equilibrium(problem, &transformed.motions, &[], &[], vec![0.0; problem.unknowns()]).0)
