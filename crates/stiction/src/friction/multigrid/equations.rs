@@ -21,7 +21,7 @@ use crate::linalg::multigrid::{CoarseLevels, Hierarchy, NodeConstraint};
 use crate::linalg::{SmallLu, dot as dot_of};
 
 /// A row with more entries, whose squares add up to more than this, is over many nodes: at the node that it would eliminate they add up
-/// to one, and rows between two bodies have about as much on the other one.
+/// to one. Points between bodies have an area and are none.
 const MANY: usize = 12;
 const LARGE: f64 = 4.0;
 /// With more equations, each of which has a field, nodes are eliminated.
@@ -40,8 +40,8 @@ pub(crate) fn equations(problem: &ContactProblem) -> Vec<u32> {
         let (_, entries) = problem.contact.B.row(i);
         entries.len() > MANY && dot_of(entries, entries) > LARGE
     };
-    let is_equation =
-        |j: &u32| laws[*j as usize] == Friction::Bonded && problem.rows(*j as usize).into_iter().any(is_over_many);
+    let is_tie = |j: usize| laws[j] == Friction::Bonded && problem.labels.area.get(j).is_none_or(|area| *area == 0.0);
+    let is_equation = |j: &u32| is_tie(*j as usize) && problem.rows(*j as usize).into_iter().any(is_over_many);
     let found: Vec<u32> = (0..problem.points() as u32).filter(is_equation).collect();
     if rows_of(problem, &found).len() > MOST { Vec::new() } else { found }
 }
@@ -143,7 +143,11 @@ impl Equations {
         hierarchy.forget_coarse_constraints();
         let dependent = || refused("equations over many nodes depend on one another, or on the supports");
         let fields = fields.ok_or_else(dependent)?;
-        let gram = products(rows.len(), |i, j| product(&rows[i], &dense(&rows[j], transformed.f.len())));
+        let of_all = |row: &Row| {
+            let other = dense(row, transformed.f.len());
+            rows.iter().map(|row| product(row, &other)).collect()
+        };
+        let gram = rows.iter().map(of_all).collect();
         let of_unknowns = |i: usize| whole.contact.B.entries_of(i).collect();
         let motions =
             transformed.motions.beside(&rows_of(whole, &points).into_iter().map(of_unknowns).collect::<Vec<_>>());
