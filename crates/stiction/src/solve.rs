@@ -12,7 +12,7 @@ use crate::contact::equilibrium::no_equilibrium;
 use crate::dual::{Dual, DualSettings, Form, choose, estimate};
 use crate::friction::{
     self, Multigrid, Part, Progress, SetUp, Settings, Solution, SolverPath, SoughtForce, Status, Tightened, equations,
-    multigrid_fits, points_in, tighten_by_multigrid, tighten_part,
+    multigrid_fits, points_in,
 };
 use crate::linalg::Watch;
 
@@ -124,7 +124,7 @@ impl Kept {
     pub(crate) fn fits(&self, problem: &ContactProblem, settings: &Settings) -> Result<(), Error> {
         match &self.operator {
             Some(Operator::Multigrid(..)) => Ok(()),
-            _ => multigrid_fits(problem, settings.memory_limit),
+            _ => multigrid_fits(problem, None, settings.memory_limit),
         }
     }
 
@@ -136,7 +136,7 @@ impl Kept {
         settings: &Settings,
         observer: &mut Observer,
     ) -> Result<SetUp<'_>, Error> {
-        let equations = equations(problem);
+        let equations = equations(problem, None);
         let without = |mut points: Vec<u32>| {
             points.retain(|j| equations.binary_search(j).is_err());
             points
@@ -149,7 +149,7 @@ impl Kept {
             old => {
                 let share_nodes = matches!(old, Some(Operator::Multigrid(..)));
                 drop(old);
-                multigrid_fits(problem, settings.memory_limit)?;
+                multigrid_fits(problem, None, settings.memory_limit)?;
                 begin(observer, SolveEvent::SettingUp { unknowns: problem.unknowns() })?;
                 let make = |of: Option<Vec<u32>>| {
                     let multigrid = match &of {
@@ -347,7 +347,7 @@ pub(crate) fn tighten(
     kept: &mut Kept,
     observer: &mut Observer,
 ) -> Result<Option<Tightened>, Error> {
-    let SetUp { multigrid, part } = match kept.set_up(problem, settings, observer) {
+    let set_up = match kept.set_up(problem, settings, observer) {
         Ok(set_up) => set_up,
         Err(error) if error.interrupted || settings.path == SolverPath::Multigrid => return Err(error),
         Err(_) => return Ok(None),
@@ -361,11 +361,7 @@ pub(crate) fn tighten(
         interrupted |= flow.is_break();
         flow
     };
-    let found = match &part {
-        None => Ok(tighten_by_multigrid(problem, multigrid, sought, &settings, &mut report)),
-        Some(part) => tighten_part((problem, part), multigrid, sought, &settings, &mut report),
-    };
-    match found {
+    match set_up.tighten(problem, sought, &settings, &mut report) {
         _ if interrupted => Err(Error::interrupted()),
         Err(error) if settings.path == SolverPath::Multigrid => Err(error),
         found => Ok(found.ok()),

@@ -78,17 +78,23 @@ impl RigidMotions {
         self.bodies.is_empty()
     }
 
-    /// Those combinations of the motions of each body on which none of these rows of unknowns acts.
-    pub(crate) fn beside(&self, rows: &[Vec<(u32, f64)>]) -> RigidMotions {
+    /// Those combinations of the motions of each body on which none of these rows of unknowns acts. `sum` adds up what ranks that each
+    /// have a part of the unknowns find of their parts of the rows.
+    pub(crate) fn beside(&self, rows: &[Vec<(u32, f64)>], sum: &dyn Fn(&mut [f64])) -> RigidMotions {
         let rest = |body: &FloatingBody| {
             let count = body.motions.len();
             let mut gram = vec![vec![0.0; count]; count];
-            for row in rows {
+            let of_row = |row: &Vec<(u32, f64)>| {
                 let place = |(i, value): &(u32, f64)| Some((body.unknowns.binary_search(i).ok()?, *value));
                 let of_body: Vec<(usize, f64)> = row.iter().filter_map(place).collect();
                 let square: f64 = of_body.iter().map(|(_, value)| value * value).sum();
                 let work = |motion: &Vec<f64>| of_body.iter().map(|(i, value)| value * motion[*i]).sum::<f64>();
-                let works: Vec<f64> = body.motions.iter().map(work).collect();
+                std::iter::once(square).chain(body.motions.iter().map(work)).collect::<Vec<f64>>()
+            };
+            let mut of_rows: Vec<f64> = rows.iter().flat_map(of_row).collect();
+            sum(&mut of_rows);
+            for of_row in of_rows.chunks(1 + count) {
+                let (square, works) = (of_row[0], &of_row[1..]);
                 for (a, b) in (0..count).flat_map(|a| (0..count).map(move |b| (a, b))) {
                     gram[a][b] += works[a] * works[b] / square.max(f64::MIN_POSITIVE);
                 }

@@ -18,11 +18,11 @@ mod uniqueness;
 
 pub use direct::{coulomb_facts, rigid_equilibrium, solve};
 pub use law::PointState;
-pub use multigrid::{Multigrid, coulomb_facts_by_multigrid, solve_multigrid};
 pub(crate) use multigrid::{
-    Part, SetUp, SoughtForce, Tightened, equations, multigrid_bytes, multigrid_fits, points_in, tighten_by_multigrid,
-    tighten_part,
+    MOST_EQUATIONS, Part, SetUp, SoughtForce, Tightened, equations, is_over_many, multigrid_bytes, multigrid_fits,
+    points_in,
 };
+pub use multigrid::{Multigrid, coulomb_facts_by_multigrid, solve_multigrid};
 pub use reference::{
     Answer, CopiesAtOnce, Coupling, Given, Method, MethodCounts, MethodReport, MethodSettings, MethodStep,
     Minimization, Penalty, Quadratic, Splitting, Start, Sweeps, fixed_point_defect, run_method, solve_with,

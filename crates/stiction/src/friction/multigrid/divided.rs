@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::directions::{MOST_DIRECTIONS, Vector};
 use super::divided_bodies::{divided_motions, refuse_unresisted};
+use super::equations::equations;
 use super::layers::{self, Behind, Tied};
 use super::points::{OtherNodes, Point, points, points_at};
 use super::transform::{
@@ -23,8 +24,10 @@ pub(super) struct Divided {
     /// With the points of other ranks.
     whole: ContactProblem,
     division: Division,
-    /// The points of this rank in it.
+    /// The points of this rank in it, ascending.
     points: Vec<u32>,
+    /// The places of equations over many nodes among these, if some rank has such equations.
+    equations: Option<Vec<u32>>,
 }
 
 /// The contact nodes of other ranks that own rows are coupled to.
@@ -72,12 +75,16 @@ impl Transformed {
         stop: &Stop,
     ) -> Result<(Transformed, Hierarchy, Divided), Error> {
         let ranks = &division.ranks;
-        let (graph, halo) = divided_graph(whole, division)?;
+        let equations = equations(whole, Some(division));
+        let beside: Vec<u32> = (0..whole.points() as u32).filter(|j| equations.binary_search(j).is_err()).collect();
+        let part = (!equations.is_empty()).then(|| of_points(whole, division, &beside));
+        let (problem, divided) = part.as_ref().map_or((whole, division), |(problem, division)| (problem, division));
+        let (graph, halo) = divided_graph(problem, divided)?;
         let nodes = Nodes::new(&graph, whole.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"));
         let nodes = agree(&**ranks, nodes)?;
         let mut k = nodes.blocks(&whole.elastic.K, &graph);
         let layers = layers::layers(&k);
-        let found = points_here(whole, division, (&graph, &nodes, &layers));
+        let found = points_here(problem, divided, (&graph, &nodes, &layers));
         let (points, others) = agree(&**ranks, found)?;
         stop.check()?;
         refuse_stiff_bodies(&k, &halo, &layers, &points, &others)?;
@@ -112,15 +119,28 @@ impl Transformed {
             true => divided_motions(whole, division),
             false => Default::default(),
         };
+        let own_beside = || own_points.iter().map(|&j| beside[j as usize]);
+        let is_own = |j: &u32| division.is_own(division.points[*j as usize]);
+        let own_equations: Vec<u32> = equations.iter().copied().filter(is_own).collect();
+        let mut own: Vec<u32> = own_beside().chain(own_equations.iter().copied()).collect();
+        own.sort_unstable();
         if !motions.is_empty() {
-            refuse_unresisted(whole, division, (&motions, &names), &own_points)?;
-            mark_floating(whole, &motions, own_points.iter().map(|&j| j as usize).zip(&mut points));
+            refuse_unresisted(whole, division, (&motions, &names), &own)?;
+            mark_floating(whole, &motions, own_beside().map(|j| j as usize).zip(&mut points));
         }
+        let places = || own_equations.iter().map(|j| own.partition_point(|i| i < j) as u32).collect();
+        let equations = k.halo.any(!own_equations.is_empty()).then(places);
         let mut transformed = Transformed { nodes, k, f: Vec::new(), points, motions, border };
         transformed.set_load(&whole.elastic.f);
-        let divided = Divided { whole: whole.clone(), division: division.clone(), points: own_points };
+        let divided = Divided { whole: whole.clone(), division: division.clone(), points: own, equations };
         Ok((transformed, hierarchy, divided))
     }
+}
+
+/// The problem of these points alone.
+fn of_points(whole: &ContactProblem, division: &Division, points: &[u32]) -> (ContactProblem, Division) {
+    let at = points.iter().map(|&j| division.points[j as usize]).collect();
+    (whole.of_points(points), Division { points: at, ..division.clone() })
 }
 
 /// The nodes here: own ones, then the ghosts, then further ones; with how they are divided. Ghosts are all nodes that the rows of
@@ -296,6 +316,11 @@ impl Divided {
     pub(super) fn certify(&self, u: &[f64], lambda: &[f64], tolerance: f64) -> Certificate {
         let everywhere = self.whole.of_all_points(&self.points, lambda);
         certify_divided(&self.whole, &self.division, u, &everywhere, tolerance)
+    }
+
+    /// The places of equations over many nodes among the points of this rank, ascending, if some rank has such equations.
+    pub(super) fn equations(&self) -> Option<&[u32]> {
+        self.equations.as_deref()
     }
 
     /// The points of this rank, by their places in the problem.

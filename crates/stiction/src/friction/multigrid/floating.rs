@@ -2,12 +2,15 @@ use super::active_set::{ContactCondition, PointLaw};
 use super::directions::Vector;
 use super::iteration::{Iterate, Subproblem};
 use super::loose::{LooseMotions, resisted};
+use super::part::Part;
 use super::solve::{Multigrid, point_laws};
 use super::transform::Transformed;
 use crate::contact::rigid::RigidMotions;
 use crate::contact::sliding::least_resisted;
 use crate::contact::{ContactProblem, Friction};
+use crate::dual::Dual;
 use crate::friction::direct::rigid_start::{Foundation, along, keep_apart, unless_rounding, ways, without_rounding};
+use crate::friction::law::parameters;
 use crate::linalg::{Csr, axpy};
 use crate::ranks::{Halo, from_bytes, gather_all, put, take, to_bytes};
 
@@ -86,11 +89,11 @@ fn resultant(problem: &ContactProblem, transformed: &Transformed, motions: &Rigi
 }
 
 impl Multigrid {
-    /// As [`rigid_equilibrium`](crate::friction::rigid_equilibrium) of the problem of the points of this rank: `u` and `slices` are
-    /// displacements of all unknowns here. All ranks find the same.
+    /// As [`rigid_equilibrium`](crate::friction::rigid_equilibrium) of the problem of the points of this rank, of which `part` is solved:
+    /// `u` and `slices` are displacements of all unknowns here. All ranks find the same.
     pub(crate) fn rigid_equilibrium(
         &self,
-        problem: &ContactProblem,
+        (problem, part): (&ContactProblem, Option<&Part>),
         slices: &[Vec<f64>],
         pull: &[f64],
         mut u: Vec<f64>,
@@ -102,8 +105,7 @@ impl Multigrid {
         let mut gap = of_all_points(halo, 3, &problem.isotropic().gap_and_slip(&u));
         let friction = friction_of_all(halo, problem);
         keep_apart(&friction, &mut gap);
-        let stiffness: Vec<f64> = point_laws(problem, transformed).iter().map(|law| law.parameter).collect();
-        let stiffness = of_all_points(halo, 1, &stiffness);
+        let stiffness = of_all_points(halo, 1, &self.stiffness(problem, part));
         let is_own = |i: usize| (transformed.nodes.of[i].0 as usize) < halo.own();
         let load: Vec<f64> =
             problem.elastic.f.iter().enumerate().map(|(i, &f)| if is_own(i) { f } else { 0.0 }).collect();
@@ -122,6 +124,18 @@ impl Multigrid {
     }
 }
 
+impl Multigrid {
+    /// Of the foundation at the points of this rank, force per length.
+    fn stiffness(&self, problem: &ContactProblem, part: Option<&Part>) -> Vec<f64> {
+        let of = |problem: &ContactProblem| point_laws(problem, &self.transformed).into_iter().map(|law| law.parameter);
+        let Some(part) = part else { return of(problem).collect() };
+        // The others have no node of their own whose compliance is known.
+        let mut all = parameters(problem, &Dual::local_stiffness(problem));
+        part.points.iter().zip(of(&part.problem)).for_each(|(&j, stiffness)| all[j as usize] = stiffness);
+        all
+    }
+}
+
 impl<'a> FloatingBodies<'a> {
     /// With these rigid motions; `None` where no body floats.
     pub(super) fn new(
@@ -130,7 +144,7 @@ impl<'a> FloatingBodies<'a> {
         motions: &'a RigidMotions,
     ) -> Option<FloatingBodies<'a>> {
         let halo = transformed.halo();
-        if !transformed.floats() || halo.is_alone() && motions.is_empty() {
+        if !transformed.floats() || motions.is_empty() {
             return None;
         }
         let jumps = rows_of_all_points(halo, motions.jumps(&problem.isotropic_rows()));

@@ -8,6 +8,7 @@ use super::loose::{LooseMotions, NEAR};
 use super::monitor::{Monitor, Verdict};
 use super::points::Point;
 use super::shortened::shorten;
+use super::solve::floats;
 use super::tightening::{Tightening, share};
 use super::transform::Transformed;
 use crate::friction::{End, PointState};
@@ -38,14 +39,6 @@ impl<'a> Subproblem<'a> {
     /// The points with their laws.
     pub(super) fn points(&self) -> impl Iterator<Item = (&'a Point, &'a PointLaw)> + use<'a> {
         self.transformed.points.iter().zip(self.laws)
-    }
-
-    /// Whether contact alone supports some body; the same on all ranks.
-    fn floats(&self) -> bool {
-        match self.equations {
-            Some(equations) => !equations.motions.is_empty(),
-            None => self.transformed.floats(),
-        }
     }
 
     /// `K u` less the forces of the shortenings, with those of the equations.
@@ -170,7 +163,7 @@ pub(super) fn run(
     state: &mut State,
     observe: &mut Observe<'_>,
 ) -> End {
-    let floats = problem.floats();
+    let floats = floats(problem.transformed, problem.equations);
     loop {
         if let Some(floating) = problem.floating.filter(|_| state.monitor.is_far()) {
             balance(floating, problem, &mut state.iterate);
@@ -243,7 +236,7 @@ pub(super) fn run(
                 floating.keep_in_place(problem.transformed, &state.iterate.conditions, (&mut state.loose, &mut p));
             }
             if let Some(equations) = problem.equations {
-                equations.project(&state.projection, &mut p);
+                equations.project(problem.transformed.halo(), &state.projection, &mut p);
             }
             let kp = problem.transformed.k.times(&p);
             let mut direction = Direction { p, kp, shortening: Vec::new() };
@@ -584,6 +577,7 @@ pub(super) fn load(problem: &Subproblem<'_>, at: &Iterate) -> f64 {
 pub(super) fn load_squares(problem: &Subproblem<'_>, at: &Iterate) -> [f64; 2] {
     let transformed = problem.transformed;
     let of_equations = problem.equations.map_or(0.0, |equations| equations.force_square(&at.multipliers));
+    let of_equations = share(transformed.halo()) * of_equations;
     let square = |v: usize| at.force(transformed, v).iter().map(|f| f * f).sum::<f64>();
     let contact = transformed.points.iter().map(|p| square(p.node)).sum();
     [dot(&transformed.f, &transformed.f) + of_equations, contact]

@@ -1,8 +1,8 @@
 //! Memory of the multigrid path, predicted before the hierarchy is set up.
 
-use super::equations::{equations, rows_of};
+use super::equations::fields;
 use crate::Error;
-use crate::contact::ContactProblem;
+use crate::contact::{ContactProblem, Division};
 use crate::linalg::memory::ensure;
 
 struct Threshold;
@@ -30,14 +30,18 @@ pub(crate) fn multigrid_bytes(unknowns: f64, entries: f64, contact_entries: f64)
         + Threshold::BYTES
 }
 
-/// Refuses a problem whose hierarchy does not fit.
+/// Refuses a problem, or a part of one that ranks share, whose hierarchy does not fit.
 ///
 /// # Errors
 /// If it is predicted to need more than `limit`, or than the system gives.
-pub(crate) fn multigrid_fits(problem: &ContactProblem, limit: Option<u64>) -> Result<(), Error> {
+pub(crate) fn multigrid_fits(
+    problem: &ContactProblem,
+    division: Option<&Division>,
+    limit: Option<u64>,
+) -> Result<(), Error> {
     let n = problem.unknowns();
     let [entries, of_contact] = [problem.elastic.K.value.len(), problem.contact.B.value.len()].map(|c| c as f64);
-    let fields = rows_of(problem, &equations(problem)).len() as f64;
+    let fields = fields(problem, division) as f64;
     let copied = if fields > 0.0 { Threshold::BYTES_PER_COPIED_ENTRY * entries } else { 0.0 };
     let bytes =
         multigrid_bytes(n as f64, entries, of_contact) + Threshold::BYTES_PER_FIELD * fields * n as f64 + copied;

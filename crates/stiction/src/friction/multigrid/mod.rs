@@ -36,9 +36,9 @@ mod tightening;
 mod transform;
 mod uniqueness;
 
-pub(crate) use equations::equations;
+pub(crate) use equations::{MOST as MOST_EQUATIONS, equations, is_over_many};
 pub(crate) use memory::{multigrid_bytes, multigrid_fits};
 pub(crate) use part::{Part, SetUp, points_in};
 pub use solve::{Multigrid, solve_multigrid};
-pub(crate) use tightening::{SoughtForce, Tightened, tighten_by_multigrid, tighten_part};
+pub(crate) use tightening::{SoughtForce, Tightened};
 pub use uniqueness::coulomb_facts_by_multigrid;

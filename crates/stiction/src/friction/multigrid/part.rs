@@ -3,6 +3,7 @@
 
 use super::equations::rows_of;
 use super::solve::{Multigrid, solve_multigrid, solve_part};
+use super::tightening::{SoughtForce, Tightened, tighten_by_multigrid, tighten_part};
 use crate::Error;
 use crate::certificate::certify;
 use crate::contact::ContactProblem;
@@ -31,11 +32,28 @@ impl SetUp<'_> {
             Some(part) => solve_part((problem, part), self.multigrid, settings, observer),
         }
     }
+
+    /// The solution with the shortenings of bolts whose force is given, as [`tighten_by_multigrid`].
+    ///
+    /// # Errors
+    /// As [`SetUp::solution`].
+    pub(crate) fn tighten(
+        self,
+        problem: &ContactProblem,
+        sought: &[SoughtForce],
+        settings: &Settings,
+        observer: &mut Watch<Progress>,
+    ) -> Result<Tightened, Error> {
+        match &self.part {
+            None => Ok(tighten_by_multigrid(problem, self.multigrid, sought, settings, observer)),
+            Some(part) => tighten_part((problem, part), self.multigrid, sought, settings, observer),
+        }
+    }
 }
 
 /// Some of the points, and the problem of these alone.
 pub(crate) struct Part {
-    points: Vec<u32>,
+    pub(super) points: Vec<u32>,
     /// Points of the whole that hold as equations.
     pub equations: Vec<u32>,
     pub problem: ContactProblem,
@@ -54,7 +72,7 @@ impl Part {
         Part { problem: problem.of_points(&points), points, equations }
     }
 
-    /// The multipliers of all points of the whole problem, `3m`, from those of the points and of the equations.
+    /// The multipliers of all points of the whole problem, `3m`, from those of the points and of its equations.
     pub(crate) fn of_all(&self, whole: &ContactProblem, lambda: &[f64], multipliers: &[f64]) -> Vec<f64> {
         let mut all = whole.of_all_points(&self.points, lambda);
         let rows = rows_of(whole, &self.equations);
@@ -70,7 +88,7 @@ impl Part {
         states
     }
 
-    /// The solution of the whole problem, judged as such, from that of the points. No equation holds.
+    /// The solution of the whole problem, judged as such, from that of the points. No equation holds, and no rank has another part.
     pub(crate) fn whole(&self, whole: &ContactProblem, solution: Solution) -> Solution {
         let lambda = self.of_all(whole, &solution.lambda, &[]);
         let states = self.states_of_all(whole, &solution.states);

@@ -5,7 +5,7 @@ use super::divided::Divided;
 use super::equations::Equations;
 use super::floating::FloatingBodies;
 use super::iteration::{Iterate, State, Subproblem, judge, judged as judged_by_law, squares};
-use super::part::Part;
+use super::part::{Part, SetUp};
 use super::points::Point;
 use super::strategy::{STAGES, Traits};
 use super::transform::Transformed;
@@ -27,7 +27,7 @@ pub struct Multigrid {
     pub(super) transformed: Transformed,
     pub(super) hierarchy: Hierarchy,
     /// Of a problem that is divided among ranks.
-    divided: Option<Divided>,
+    pub(super) divided: Option<Divided>,
     /// Equations over many nodes of an earlier solve.
     pub(super) equations: Option<Equations>,
 }
@@ -57,7 +57,7 @@ impl Multigrid {
     ///
     /// # Errors
     /// As [`Multigrid::new`], at all ranks; if no contact resists a motion of a body.
-    pub fn divided(
+    pub(crate) fn divided(
         whole: &ContactProblem,
         division: &Division,
         stop: &Stop,
@@ -73,6 +73,20 @@ impl Multigrid {
         let divided = self.divided.as_mut()?;
         divided.renew(whole);
         Some(divided.own())
+    }
+
+    /// As a set-up of `own`, the problem of the points of this rank that a set-up or [`Multigrid::renewed`] has returned: on each rank with
+    /// the part beside equations over many nodes if some rank has these.
+    pub(crate) fn set_up(&mut self, own: &ContactProblem) -> SetUp<'_> {
+        let part = self.part(own);
+        SetUp { multigrid: self, part }
+    }
+
+    /// That part.
+    pub(crate) fn part(&self, own: &ContactProblem) -> Option<Part> {
+        let equations = self.divided.as_ref()?.equations()?;
+        let points = (0..own.points() as u32).filter(|j| equations.binary_search(j).is_err()).collect();
+        Some(Part::new(own, points, equations.to_vec()))
     }
 
     /// Whether points of this rank or, where `problem` is divided, of another one have a tensile strength.
@@ -184,13 +198,13 @@ pub(crate) fn solve_part(
     settings: &Settings,
     observer: &mut Watch<Progress>,
 ) -> Result<Solution, Error> {
-    let equations = Equations::of_part(whole, part, multigrid)?;
-    let Some(equations) = equations else {
+    if multigrid.has_strength(whole) {
         return Ok(part.whole(whole, solve_multigrid(&part.problem, multigrid, settings, observer)));
-    };
-    let found =
-        solve_with(&part.problem, multigrid, Some(&OfWhole { whole, part, equations: &equations }), settings, observer);
-    multigrid.equations = Some(equations);
+    }
+    let equations = Equations::of_part(whole, part, multigrid)?;
+    let of_whole = OfWhole { whole, part, equations: equations.as_ref() };
+    let found = solve_with(&part.problem, multigrid, Some(&of_whole), settings, observer);
+    multigrid.equations = equations;
     Ok(found)
 }
 
@@ -198,7 +212,7 @@ pub(crate) fn solve_part(
 struct OfWhole<'a> {
     whole: &'a ContactProblem,
     part: &'a Part,
-    equations: &'a Equations,
+    equations: Option<&'a Equations>,
 }
 
 /// The solution of `problem`, or of the whole problem that it is a part of.
@@ -209,9 +223,10 @@ fn solve_with(
     settings: &Settings,
     observer: &mut Watch<Progress>,
 ) -> Solution {
+    let moved = of_whole.and_then(|of| start_of_equations(of, multigrid));
     let Multigrid { transformed, hierarchy, divided, .. } = multigrid;
     let divided = divided.as_ref();
-    let equations = of_whole.map(|of| of.equations);
+    let equations = of_whole.and_then(|of| of.equations);
     let sizes = (transformed.nodes.of.len(), transformed.points.len());
     assert_eq!(sizes, (problem.unknowns(), problem.points()), "unknowns and points of the set-up and of the problem");
     if let Some(u) = &settings.start_displacement {
@@ -221,12 +236,12 @@ fn solve_with(
     let transformed = &*transformed;
     let laws = point_laws(problem, transformed);
     let motions = equations.map_or(&transformed.motions, |equations| &equations.motions);
-    let floats = transformed.floats() && (equations.is_none() || !motions.is_empty());
+    let floats = floats(transformed, equations);
     let convex = !transformed.halo().any(!convex(&problem.contact.friction));
     let max_iterations = settings.max_iterations;
     let asked = settings.path == SolverPath::Multigrid;
     let traits = Traits { floats, convex, has_equations: equations.is_some(), asked, max_iterations };
-    let begin = start(problem, (transformed, &laws, equations), hierarchy, settings);
+    let begin = start(problem, (transformed, &laws, equations), (hierarchy, moved), settings);
     let begin = if settings.start_displacement.is_some() { begin.given() } else { begin };
     let mut history = Vec::new();
     let mut observe = |cycle: usize, residual: f64, states: [usize; 3]| {
@@ -308,17 +323,33 @@ fn solve_without_strength(
     })
 }
 
+/// Whether contact alone supports some body beside the equations; the same on all ranks.
+pub(super) fn floats(transformed: &Transformed, equations: Option<&Equations>) -> bool {
+    match equations {
+        Some(equations) => !equations.motions.is_empty(),
+        None => transformed.floats(),
+    }
+}
+
+/// The equilibrium of floating bodies that equations move as rigid ones: fields would strain them.
+fn start_of_equations(of: &OfWhole, multigrid: &Multigrid) -> Option<Vec<f64>> {
+    let moves = multigrid.transformed.floats() && of.equations.is_some_and(Equations::move_something);
+    let (whole, rest) = (of.whole, vec![0.0; of.whole.unknowns()]);
+    moves.then(|| multigrid.rigid_equilibrium((whole, Some(of.part)), &[], &[], rest).0)
+}
+
 /// Where the iteration begins: at the displacements given, or else where its start looks for them.
 pub(super) fn start(
     problem: &ContactProblem,
     (transformed, laws, equations): (&Transformed, &[PointLaw], Option<&Equations>),
-    hierarchy: &mut Hierarchy,
+    (hierarchy, moved): (&mut Hierarchy, Option<Vec<f64>>),
     settings: &Settings,
 ) -> State {
     let given = settings.start_displacement.as_ref().map(|u| State::at(transformed.to_frames(u), &transformed.k));
     if equations.is_some() {
-        // Coarse spaces and rigid equilibria know nothing of what equations prescribe.
-        return given.unwrap_or_else(|| State::zero(transformed.f.len()));
+        // Coarse spaces know nothing of what equations prescribe.
+        let moved = || moved.map(|u| State::at(transformed.to_frames(&u), &transformed.k));
+        return given.or_else(moved).unwrap_or_else(|| State::zero(transformed.f.len()));
     }
     if let Some(given) = given.filter(|given| !none_is_nearer(transformed, laws, &given.iterate)) {
         return given;
@@ -482,8 +513,8 @@ fn solution(
         state.iterate.conditions.iter().zip(&problem.contact.friction).map(state_of).collect();
     let (problem, lambda, states) = match of_whole {
         None => (problem, lambda, states),
-        Some(OfWhole { whole, part, .. }) => {
-            let multipliers = &state.iterate.multipliers;
+        Some(OfWhole { whole, part, equations }) => {
+            let multipliers = equations.map_or(&[][..], |equations| equations.own(&state.iterate.multipliers));
             (*whole, part.of_all(whole, &lambda, multipliers), part.states_of_all(whole, &states))
         }
     };

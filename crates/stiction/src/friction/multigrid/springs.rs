@@ -106,7 +106,7 @@ fn settle(
         hierarchy.constrain(&constraints, CoarseLevels::Change, true);
         let mut p = hierarchy.cycle(&r);
         if let Some(equations) = problem.equations {
-            equations.project(&Projection::default(), &mut p);
+            equations.project(problem.transformed.halo(), &Projection::default(), &mut p);
         }
         let kp = problem.transformed.k.times(&p);
         directions.insert(0, Direction { p, kp, shortening: Vec::new() });

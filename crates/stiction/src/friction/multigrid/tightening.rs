@@ -10,7 +10,7 @@ use super::directions::{Direction, Vector};
 use super::equations::Equations;
 use super::iteration::{Iterate, State, Subproblem};
 use super::part::Part;
-use super::solve::{Multigrid, multipliers, point_laws, progress, start};
+use super::solve::{Multigrid, floats, multipliers, point_laws, progress, start};
 use super::strategy::{STAGES, Traits};
 use super::transform::Transformed;
 use crate::Error;
@@ -219,8 +219,9 @@ pub(crate) fn tighten_part(
 ) -> Result<Tightened, Error> {
     let equations = Equations::of_part(whole, part, multigrid)?;
     let mut found = tighten_with(&part.problem, multigrid, (sought, equations.as_ref()), settings, observer);
+    let multipliers = equations.as_ref().map_or(&[][..], |equations| equations.own(&found.multipliers));
+    found.lambda = part.of_all(whole, &found.lambda, multipliers);
     multigrid.equations = equations;
-    found.lambda = part.of_all(whole, &found.lambda, &found.multipliers);
     Ok(found)
 }
 
@@ -242,16 +243,15 @@ fn tighten_with(
     transformed.set_load(&problem.elastic.f);
     let transformed = &*transformed;
     let laws = point_laws(problem, transformed);
-    let floats = transformed.floats();
     let traits = Traits {
-        floats,
+        floats: floats(transformed, equations),
         convex: false,
         has_equations: equations.is_some(),
         asked: settings.path == SolverPath::Multigrid,
         max_iterations: settings.max_iterations,
     };
     let tightening = Tightening::new(transformed, sought);
-    let mut state = start(problem, (transformed, &laws, equations), hierarchy, settings);
+    let mut state = start(problem, (transformed, &laws, equations), (hierarchy, None), settings);
     let first = &STAGES[0];
     let subproblem = Subproblem {
         transformed,

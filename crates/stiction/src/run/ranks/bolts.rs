@@ -191,8 +191,10 @@ fn loose<T>(local: &Local, (multigrid, own): (&Multigrid, &ContactProblem), find
     };
     let mode = |RankBolt { bolt, sides, .. }: &RankBolt| rigid_mode((dofs, k), &bolt.cut, sides, &is_own, &largest);
     let modes = || local.bolts.iter().map(mode).collect();
-    let equilibrium =
-        |slices: &[Vec<f64>], pull: &[f64], u: Vec<f64>| multigrid.rigid_equilibrium(own, slices, pull, u);
+    let part = multigrid.part(own);
+    let equilibrium = |slices: &[Vec<f64>], pull: &[f64], u: Vec<f64>| {
+        multigrid.rigid_equilibrium((own, part.as_ref()), slices, pull, u)
+    };
     let mut thermal = local.initial.thermal_force.clone();
     if !local.bolts.is_empty() {
         thermal.resize(local.bolts.len(), 0.0);

@@ -29,7 +29,7 @@ pub(super) fn part_fits([nodes, each]: [f64; 2], limit: &MemoryLimit, ranks: &dy
 
 /// Refuses a hierarchy that some rank has no memory for.
 pub(super) fn hierarchy_fits(local: &Local, limit: &MemoryLimit, ranks: &dyn Ranks) -> Result<(), Error> {
-    let fits = multigrid_fits(&local.problem, limit.bytes);
+    let fits = multigrid_fits(&local.problem, Some(&local.division), limit.bytes);
     agree(ranks, fits.map_err(|error| named(limit.named(error), ranks)))
 }
 

@@ -7,8 +7,9 @@ use super::local::Local;
 use super::scope;
 use super::solve::Everywhere;
 use crate::Error;
-use crate::contact::PosedPoints;
+use crate::contact::{Coefficient, PosedPoints, SurfaceFriction};
 use crate::fem::{DofMap, Field, Fix, Solid, dof_map};
+use crate::friction::{MOST_EQUATIONS, is_over_many};
 use crate::io::case::{Case, CouplingSpec, FixSpec, Spot};
 use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, mean, norm, sub};
@@ -85,13 +86,24 @@ impl Whole {
         let together = together(&tied.list);
         let whole = Whole { tied, sources, couplings, held: tied_dofs, together };
         whole.refuse_values(case, solid.mesh, held)?;
-        whole.refuse_closed_chains(dofs, points)?;
+        whole.refuse_closed_chains(case, dofs, points)?;
         Ok(whole)
     }
 
-    /// Multigrid measures each node from others: none may be measured from itself in the end.
-    fn refuse_closed_chains(&self, dofs: &DofMap, points: &PosedPoints) -> Result<(), Error> {
-        let all = [points.links(), self.links(&|dof| dofs.unknown[dof as usize] != u32::MAX)].concat();
+    /// Multigrid measures each node from others, but for those of equations over many: none may be measured from itself in the end.
+    fn refuse_closed_chains(&self, case: &Case, dofs: &DofMap, points: &PosedPoints) -> Result<(), Error> {
+        let is_free = |dof: u32| dofs.unknown[dof as usize] != u32::MAX;
+        let entries = |row: &BTreeMap<u32, f64>| -> Vec<f64> {
+            row.iter().filter(|(dof, _)| is_free(**dof)).map(|(_, value)| *value).collect()
+        };
+        let is_over_many = |point: &&TiedPoint| point.rows.iter().any(|row| is_over_many(&entries(row)));
+        let apart = self.tied.points.iter().filter(is_over_many);
+        let rows = apart.flat_map(|point| &point.rows).filter(|row| !entries(row).is_empty()).count();
+        let stay_out = rows <= MOST_EQUATIONS && !has_strength(case);
+        let measured: Vec<&TiedPoint> =
+            self.tied.points.iter().filter(|point| !stay_out || !is_over_many(point)).collect();
+        let of_ties = measured.iter().filter_map(|point| link(point, &is_free));
+        let all: Vec<Vec<u32>> = points.links().into_iter().chain(of_ties).collect();
         let mut left: HashMap<u32, &[u32]> = all.iter().map(|link| (link[0], &link[1..])).collect();
         loop {
             let ends = |others: &&[u32]| !others.iter().any(|v| left.contains_key(v));
@@ -101,7 +113,7 @@ impl Whole {
             }
             left.retain(|v, _| !open.contains(v));
         }
-        let closed = self.tied.points.iter().find(|point| left.contains_key(&point.node));
+        let closed = measured.into_iter().find(|point| left.contains_key(&point.node));
         let made_of =
             |point: &TiedPoint| point.periods.iter().flat_map(|(_, rows)| rows).flat_map(BTreeMap::keys).max().copied();
         match closed.and_then(made_of) {
@@ -130,12 +142,7 @@ impl Whole {
 
     /// The node of each point that is measured from others, and then these, by the degrees of freedom that count.
     pub(super) fn links(&self, counts: &dyn Fn(u32) -> bool) -> Vec<Vec<u32>> {
-        let link = |point: &TiedPoint| {
-            let dofs = point.rows.iter().flat_map(BTreeMap::keys).filter(|dof| counts(**dof));
-            let reached: BTreeSet<u32> = dofs.map(|dof| dof / 3).collect();
-            std::iter::once(point.node).chain(reached.into_iter().filter(|&v| v != point.node)).collect::<Vec<u32>>()
-        };
-        self.tied.points.iter().map(link).filter(|link| link.len() > 1).collect()
+        self.tied.points.iter().filter_map(|point| link(point, counts)).collect()
     }
 
     /// Nodes that go where another does, with that one: those that ties join where the one in their middle does, those that contact
@@ -280,6 +287,23 @@ pub(super) fn coupling_states(local: &Local, here: &Everywhere, t: f64) -> Vec<C
         .zip(parts)
         .map(|(coupling, [motion, reaction])| CouplingState::new(coupling, motion, reaction, t))
         .collect()
+}
+
+/// The node of a point that is measured from others, and then these.
+fn link(point: &TiedPoint, counts: &dyn Fn(u32) -> bool) -> Option<Vec<u32>> {
+    let dofs = point.rows.iter().flat_map(BTreeMap::keys).filter(|dof| counts(**dof));
+    let reached: BTreeSet<u32> = dofs.map(|dof| dof / 3).filter(|&v| v != point.node).collect();
+    (!reached.is_empty()).then(|| std::iter::once(point.node).chain(reached).collect())
+}
+
+/// Whether a contact may have a tensile strength somewhere.
+fn has_strength(case: &Case) -> bool {
+    case.contacts.iter().any(|contact| match &contact.friction {
+        SurfaceFriction::Law(law) => {
+            law.cohesion.as_ref().is_some_and(|it| it.tension != Coefficient::Field(Field::Constant(0.0)))
+        }
+        _ => false,
+    })
 }
 
 /// The nodes of ties that share one, those of which a support holds all among them.

@@ -16,7 +16,7 @@ use crate::Error;
 use crate::certificate::{certify_divided, ghost_values};
 use crate::contact::{ContactProblem, Moved};
 use crate::fem::full_displacement;
-use crate::friction::{self, Multigrid, Progress, Solution, SolverPath, Status, solve_multigrid, tighten_by_multigrid};
+use crate::friction::{self, Multigrid, Progress, Solution, SolverPath, Status};
 use crate::io::case::Case;
 use crate::linalg::Watch;
 use crate::ranks::{agree, max, sum};
@@ -159,7 +159,8 @@ impl Solver<'_, '_> {
                 tries_together -= 1;
                 let sought = bolts::sought(self.local, search.sought(), &search.shortening);
                 let settings = self.starting(from.as_deref(), &search.shortening);
-                let found = tighten_by_multigrid(&self.own, self.multigrid, &sought, &settings, self.observer);
+                let set_up = self.multigrid.set_up(&self.own);
+                let found = set_up.tighten(&self.own, &sought, &settings, self.observer)?;
                 cycles += found.counts.cycles;
                 if found.solved {
                     tries_together = 0;
@@ -169,7 +170,7 @@ impl Solver<'_, '_> {
                     from = Some(ghost_values(&self.local.problem, &self.local.division, &found.u, &zeros).0);
                 }
             }
-            let mut solution = self.attempt(from.as_deref(), &search.shortening);
+            let mut solution = self.attempt(from.as_deref(), &search.shortening)?;
             cycles += solution.counts.cycles;
             let found = everywhere(self.local, self.multigrid, &solution);
             if solution.status == Status::Solved && self.is_held_by_what_is_out(&found.lambda) {
@@ -249,21 +250,28 @@ impl Solver<'_, '_> {
     }
 
     /// Solves from the displacements given, and if that fails from the beginning.
-    pub(super) fn attempt(&mut self, from: Option<&[f64]>, shortening: &[f64]) -> Solution {
+    ///
+    /// # Errors
+    /// If equations over many nodes depend on one another, at every rank.
+    pub(super) fn attempt(&mut self, from: Option<&[f64]>, shortening: &[f64]) -> Result<Solution, Error> {
         let settings = self.starting(from, shortening);
-        let first = solve_multigrid(&self.own, self.multigrid, &settings, self.observer);
+        let first = self.solved(&settings)?;
         if first.status == Status::Interrupted {
-            return first;
+            return Ok(first);
         }
         if let Some(at_rest) = self.at_rest(&first) {
-            return Solution { counts: first.counts, history: first.history, ..at_rest };
+            return Ok(Solution { counts: first.counts, history: first.history, ..at_rest });
         }
         if from.is_none() || !matches!(first.status, Status::MaxIterations | Status::Stalled) {
-            return first;
+            return Ok(first);
         }
         let settings = self.starting(None, shortening);
-        let mut second = solve_multigrid(&self.own, self.multigrid, &settings, self.observer);
+        let mut second = self.solved(&settings)?;
         second.counts.cycles += first.counts.cycles;
-        second
+        Ok(second)
+    }
+
+    fn solved(&mut self, settings: &friction::Settings) -> Result<Solution, Error> {
+        self.multigrid.set_up(&self.own).solution(&self.own, settings, self.observer)
     }
 }
