@@ -8,6 +8,7 @@ use stiction::Status;
 use stiction::io::case::Case;
 use stiction::linalg::Stop;
 use stiction::run::{Origin, Plan, RankedSummary, Summary, solve_case, summary};
+use stiction_fixtures::folder::Folder;
 
 /// The summary of one machine, which solves again where contact turns up beyond `search`.
 fn serial(case: &Case) -> Summary {
@@ -231,5 +232,59 @@ fn a_body_that_nothing_holds_in_some_steps_is_named_on_ranks_as_on_one() {
     for size in [1, 2, 4] {
         let found = on_ranks(&case, size).1;
         assert_eq!(warnings(&found.report), std::slice::from_ref(warning), "{size} ranks");
+    }
+}
+
+/// Half a bush without friction on half a pin, of a mesh or of triangles: what is said of it, its numbers among them.
+#[test]
+fn what_facets_alone_hold_is_named_on_ranks_as_on_one() {
+    let ring = |name: &str, radii: [f64; 2], cells: usize| {
+        format!(
+            "[mesh.parts.{name}]\nring = {{ radii = {radii:?}, height = 4, degrees = 180, cells = [2, {cells}, 1], element = \"hex8\" }}\n"
+        )
+    };
+    let bush = ring("bush", [10.001, 14.0], 19);
+    let pin = ring("pin", [5.0, 10.0], 24);
+    let acts = "[materials.steel]\nyoung = 210e3\npoisson = 0.3\n[[load]]\non = \"bush.outer\"\npressure = 10\n\
+                [[load]]\non = \"bush.end\"\nforce = [0, \"0.001*t\", 0]\n[[fix]]\non = \"bush.z-min\"\ncomponents = \"z\"\n";
+    let meshed = "[[fix]]\non = \"pin.inner\"\n[[contact]]\non = \"bush.inner\"\nagainst = \"pin.outer\"\n";
+    let steps = "[[step]]\nname = \"turn\"\nuntil = 1\nincrements = 2\n";
+    let shaft = Folder::new("facets-of-a-shaft");
+    let at = |k: usize, z: f64| {
+        let angle = std::f64::consts::TAU * k as f64 / 24.0;
+        format!("vertex {:?} {:?} {z:?}\n", 10.0 * angle.cos(), 10.0 * angle.sin())
+    };
+    let facet =
+        |corners: [String; 3]| format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", corners.concat());
+    let panel = |k: usize| {
+        facet([at(k, -1.0), at(k + 1, -1.0), at(k + 1, 5.0)]) + &facet([at(k, -1.0), at(k + 1, 5.0), at(k, 5.0)])
+    };
+    let panels: String = (0..24).map(panel).collect();
+    shaft.write("shaft.stl", format!("solid shaft\n{panels}endsolid shaft\n"));
+    let of_triangles =
+        format!("[[contact]]\non = \"bush.inner\"\nagainst = {{ surface = {:?} }}\n", shaft.at("shaft.stl").display());
+    let none = "friction = \"none\"\n";
+    let held = "[[fix]]\non = \"bush.start\"\ncomponents = \"y\"\n";
+    for (text, named) in [
+        (format!("{bush}{pin}{acts}{meshed}{none}"), true),
+        (format!("{bush}{pin}{acts}{meshed}{none}{steps}"), true),
+        (format!("{bush}{acts}{of_triangles}{none}"), true),
+        (format!("{bush}{pin}{acts}{meshed}{none}{held}"), false),
+        (format!("{bush}{pin}{acts}{meshed}friction = {{ coulomb = 0.3 }}\n"), false),
+    ] {
+        let case = case_of(&text, "1e-10");
+        let said = |rows: &[stiction::run::Row]| {
+            let facets = of(rows, &["warning"]).into_iter().filter(|row| row.value.contains("than the facets"));
+            facets.cloned().collect::<Vec<_>>()
+        };
+        let expected = serial(&case);
+        assert_eq!(said(&expected.report).len(), usize::from(named), "{text}");
+        for size in [1, 2, 4] {
+            let found = on_ranks(&case, size).1;
+            assert_eq!(said(&found.report), said(&expected.report), "{size} ranks: {text}");
+            let steps = || found.steps.iter().zip(&expected.steps);
+            assert!(steps().all(|(a, b)| a.held_by_facets.is_some() == b.answer.held_by_facets.is_some()));
+            assert_eq!(found.held_by_facets.is_some(), expected.answer.held_by_facets.is_some());
+        }
     }
 }

@@ -274,7 +274,17 @@ type Resultant = Vec<(u32, f64)>;
 
 /// The motion in plain words: which bodies move, and how.
 pub fn in_words(problem: &ContactProblem, motions: &RigidMotions, alpha: &[f64]) -> String {
-    let moving = moving(motions, alpha);
+    in_words_among(problem, motions, alpha, &|_| {})
+}
+
+/// The same where ranks share the problem; `max` takes the maxima over all of them.
+pub(crate) fn in_words_among(
+    problem: &ContactProblem,
+    motions: &RigidMotions,
+    alpha: &[f64],
+    max: &dyn Fn(&mut [f64]),
+) -> String {
+    let moving = moving_among(motions, alpha, max);
     let names: Vec<String> = moving.iter().map(|&number| name(problem, motions, number)).collect();
     let Some(&first) = moving.first() else { return "no body moves".into() };
     format!("{}: {}{}", names[0], motion(problem, motions, first, alpha), with(&names))
@@ -290,14 +300,20 @@ pub(super) fn with(names: &[String]) -> String {
 
 /// The bodies that a motion moves, that which moves farthest first.
 pub(super) fn moving(motions: &RigidMotions, alpha: &[f64]) -> Vec<usize> {
+    moving_among(motions, alpha, &|_| {})
+}
+
+fn moving_among(motions: &RigidMotions, alpha: &[f64], max: &dyn Fn(&mut [f64])) -> Vec<usize> {
     let mut first = 0;
-    let mut moving: Vec<(f64, usize)> = Vec::new(); // largest displacement, body
-    for (number, body) in motions.bodies.iter().enumerate() {
+    let mut sizes = Vec::new(); // largest displacement of each body
+    for body in &motions.bodies {
         let mut u = vec![0.0; body.unknowns.len()];
         body.motions.iter().zip(&alpha[first..]).for_each(|(r, &a)| axpy(a, r, &mut u));
         first += body.motions.len();
-        moving.push((max_abs(&u), number));
+        sizes.push(max_abs(&u));
     }
+    max(&mut sizes);
+    let mut moving: Vec<(f64, usize)> = sizes.into_iter().zip(0..).collect();
     let largest = moving.iter().fold(0.0, |a: f64, b| a.max(b.0));
     moving.retain(|(size, _)| *size > 1e-3 * largest);
     moving.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -306,12 +322,10 @@ pub(super) fn moving(motions: &RigidMotions, alpha: &[f64]) -> Vec<usize> {
 
 /// `the body`, or `body "name"` where there are several.
 pub(super) fn name(problem: &ContactProblem, motions: &RigidMotions, number: usize) -> String {
-    let unknown = motions.bodies[number].unknowns[0];
-    match &problem.labels.bodies {
-        Some(bodies) if bodies.list.len() > 1 => {
-            format!("body \"{}\"", bodies.list[bodies.of[unknown as usize] as usize].name)
-        }
-        None if motions.bodies.len() > 1 => format!("the body of unknown {unknown}"),
+    let body = &motions.bodies[number];
+    match problem.labels.bodies.as_ref().zip(body.place) {
+        Some((bodies, place)) if bodies.list.len() > 1 => format!("body \"{}\"", bodies.list[place].name),
+        None if motions.bodies.len() > 1 => format!("the body of unknown {}", body.unknowns[0]),
         _ => "the body".into(),
     }
 }
@@ -332,7 +346,8 @@ pub(super) fn velocity(
     let body = &motions.bodies[number];
     let mut six = [0.0; 6];
     body.coefficients.iter().zip(&alpha[first..]).for_each(|(c, &a)| axpy(a, c, &mut six));
-    let place = problem.labels.bodies.as_ref().map(|b| (b.origin, &b.list[b.of[body.unknowns[0] as usize] as usize]));
+    let bodies = problem.labels.bodies.as_ref().zip(body.place);
+    let place = bodies.map(|(bodies, place)| (bodies.origin, &bodies.list[place]));
     let (origin, centre, radius) = place.map_or(([0.0; 3], [0.0; 3], 1.0), |(o, b)| (o, b.centre, b.radius));
     ([six[0], six[1], six[2]], [six[3], six[4], six[5]], origin, centre, radius)
 }

@@ -30,6 +30,25 @@ const SAFETY: f64 = 2.0;
 /// Motions that move what presses by less than this part of others move something else.
 const UNSEEN: f64 = 1e-12;
 
+/// Of a problem that ranks share what this one counts, with sums and maxima over all of them.
+pub(crate) struct Among<'a> {
+    pub point: &'a dyn Fn(usize) -> bool,
+    pub unknown: &'a dyn Fn(usize) -> bool,
+    pub sum: &'a dyn Fn(&mut [f64]),
+    pub max: &'a dyn Fn(&mut [f64]),
+}
+
+impl Among<'_> {
+    /// All of it.
+    const ALONE: Among<'static> = Among { point: &|_| true, unknown: &|_| true, sum: &|_| {}, max: &|_| {} };
+
+    fn largest(&self, here: impl Iterator<Item = f64>) -> f64 {
+        let mut most = [here.fold(0.0, f64::max)];
+        (self.max)(&mut most);
+        most[0]
+    }
+}
+
 /// Of the rigid motions that the points pressed together at `lambda` (`3m`, newton) resist by no more than the normals of the two surfaces
 /// differ, `angle` at each point (`m`, radians), the one along which the loads push; the one that is resisted least where they push along none.
 /// `slides` tells of a point whether friction is at its limit there: it resists what turns the slip, a turn of a plug that is pressed into its
@@ -41,23 +60,40 @@ pub fn held_by_facets(
     slides: &dyn Fn(usize) -> bool,
     angle: &[f64],
 ) -> Option<Faceted> {
-    let m = problem.points();
-    let most = lambda[..m].iter().fold(0.0, |most: f64, n| most.max(*n));
-    let pressed: Vec<usize> = (0..m).filter(|&j| lambda[j] > PRESSED * most).collect();
-    if motions.is_empty() || pressed.iter().all(|&j| angle[j] <= ROUNDING) {
+    held_among((problem, motions), (lambda, slides, angle), &Among::ALONE)
+}
+
+/// The same of the part of a problem that a rank has, the same on all.
+pub(crate) fn held_among(
+    (problem, motions): (&ContactProblem, &RigidMotions),
+    (lambda, slides, angle): (&[f64], &dyn Fn(usize) -> bool, &[f64]),
+    among: &Among,
+) -> Option<Faceted> {
+    if motions.is_empty() {
         return None;
     }
-    let sum: f64 = pressed.iter().map(|&j| lambda[j]).sum();
+    let m = problem.points();
+    let counted: Vec<usize> = (0..m).filter(|&j| (among.point)(j)).collect();
+    let most = among.largest(counted.iter().map(|&j| lambda[j]));
+    let pressed: Vec<usize> = counted.iter().copied().filter(|&j| lambda[j] > PRESSED * most).collect();
+    if among.largest(pressed.iter().map(|&j| angle[j])) <= ROUNDING {
+        return None;
+    }
+    let mut sums = [pressed.iter().map(|&j| lambda[j]).sum::<f64>(), counted.len() as f64];
+    (among.sum)(&mut sums);
+    let [sum, count] = sums;
     let is_in = |j: &usize| problem.contact.out.binary_search(&(*j as u32)).is_err();
-    let tied = (0..m).filter(|&j| problem.contact.friction[j] == Friction::Bonded).filter(is_in);
+    let tied = counted.iter().copied().filter(|&j| problem.contact.friction[j] == Friction::Bonded).filter(is_in);
     // Ties hold whatever they carry.
-    let weights = pressed.iter().map(|&j| (j, lambda[j] / sum)).chain(tied.map(|j| (j, 1.0 / m as f64)));
+    let weights = pressed.iter().map(|&j| (j, lambda[j] / sum)).chain(tied.map(|j| (j, 1.0 / count)));
     let jumps = motions.jumps(&problem.isotropic_rows());
     let mut forces = lambda.to_vec();
     problem.to_isotropic(&mut forces);
     let row = |i: usize, factor: f64| jumps.entries_of(i).map(move |(a, v)| (a as usize, factor * v));
     // Motions by their largest displacement.
-    let unit: Vec<f64> = motions.bodies.iter().flat_map(|b| b.motions.iter().map(|r| 1.0 / max_abs(r))).collect();
+    let mut unit: Vec<f64> = motions.bodies.iter().flat_map(|b| b.motions.iter().map(|r| max_abs(r))).collect();
+    (among.max)(&mut unit);
+    unit.iter_mut().for_each(|length| *length = 1.0 / *length);
     let k = unit.len();
     let zero = || vec![vec![0.0; k]; k];
     // Squares of jumps: all, those that are resisted, and those that the differing normals would resist.
@@ -86,6 +122,9 @@ pub fn held_by_facets(
             }
         }
     }
+    for row in [&mut whole, &mut resisted, &mut expected].into_iter().flatten() {
+        (among.sum)(row);
+    }
     // Combinations that move what presses, each by one.
     let (values, vectors) = symmetric_eigen(&whole);
     let largest = values.iter().fold(0.0, |a: f64, b| a.max(*b));
@@ -98,8 +137,8 @@ pub fn held_by_facets(
     let square = |matrix: &[Vec<f64>], v: &[f64]| matrix.iter().zip(v).map(|(row, x)| x * dot(row, v)).sum::<f64>();
     let image = |v: &Vec<f64>| resisted.iter().map(|row| dot(row, v)).collect::<Vec<f64>>();
     let images: Vec<Vec<f64>> = seen.iter().map(image).collect();
-    let among: Vec<Vec<f64>> = seen.iter().map(|v| images.iter().map(|image| dot(v, image)).collect()).collect();
-    let (_, vectors) = symmetric_eigen(&among);
+    let of_seen: Vec<Vec<f64>> = seen.iter().map(|v| images.iter().map(|image| dot(v, image)).collect()).collect();
+    let (_, vectors) = symmetric_eigen(&of_seen);
     let faceted = |alpha: Vec<f64>| {
         let [size, slope, angle] = [&whole, &resisted, &expected].map(|matrix| square(matrix, &alpha).max(0.0).sqrt());
         Faceted { alpha, slope: slope / size, angle: angle / size }
@@ -111,7 +150,11 @@ pub fn held_by_facets(
     };
     let mut found: Vec<Faceted> = vectors.iter().map(|weights| faceted(combined(weights, &seen))).collect();
     found.retain(|motion| motion.slope > ROUNDING && motion.slope <= SAFETY * motion.angle);
-    let load: Vec<f64> = motions.work(&problem.elastic.f).iter().zip(&unit).map(|(work, unit)| work * unit).collect();
+    let f = problem.elastic.f.iter().enumerate();
+    let f: Vec<f64> = f.map(|(i, &f)| if (among.unknown)(i) { f } else { 0.0 }).collect();
+    let mut work = motions.work(&f);
+    (among.sum)(&mut work);
+    let load: Vec<f64> = work.iter().zip(&unit).map(|(work, unit)| work * unit).collect();
     let along: Vec<Vec<f64>> = found.iter().map(|motion| motion.alpha.clone()).collect();
     let works: Vec<f64> = along.iter().map(|alpha| dot(alpha, &load)).collect();
     let possible = along.iter().map(|alpha| norm(alpha)).fold(0.0, f64::max) * norm(&load);

@@ -8,7 +8,9 @@ use crate::linalg::{Csr, SmallCholesky, SymmetricCsr, axpy, dot, max_abs, norm, 
 /// A connected piece of the body with rigid motions that strain nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FloatingBody {
-    /// Its unknowns, ascending.
+    /// Its place in [`Bodies::list`](super::Bodies::list), where the bodies of the problem are known.
+    pub place: Option<usize>,
+    /// Its unknowns, ascending; of a problem that ranks share those of this one, which may be none.
     pub unknowns: Vec<u32>,
     /// One to six independent motions over `unknowns`, orthonormal, without a unit.
     pub motions: Vec<Vec<f64>>,
@@ -53,7 +55,8 @@ pub fn rigid_motions(problem: &ContactProblem) -> RigidMotions {
         let (values, vectors) =
             symmetric_eigen(&energies(&problem.elastic.K, &unknowns, &place, &motions, NO_ENERGY * largest));
         let free = values.iter().zip(&vectors).filter(|(v, _)| **v <= NO_ENERGY * largest).map(|(_, v)| v);
-        let mut body = FloatingBody { unknowns, motions: Vec::new(), coefficients: Vec::new() };
+        let place = problem.labels.bodies.as_ref().map(|bodies| bodies.of[unknowns[0] as usize] as usize);
+        let mut body = FloatingBody { place, unknowns, motions: Vec::new(), coefficients: Vec::new() };
         for weights in free {
             let mut motion = vec![0.0; body.unknowns.len()];
             weights.iter().zip(&motions).for_each(|(&w, m)| axpy(w, m, &mut motion));
@@ -105,7 +108,7 @@ impl RigidMotions {
                 (motion, std::array::from_fn(|k| dot(weights, &column(&body.coefficients, k))))
             };
             let (motions, coefficients) = near_kernel_of(&gram, DEPENDENT * DEPENDENT).iter().map(combined).unzip();
-            FloatingBody { unknowns: body.unknowns.clone(), motions, coefficients }
+            FloatingBody { place: body.place, unknowns: body.unknowns.clone(), motions, coefficients }
         };
         let bodies = self.bodies.iter().map(rest).filter(|body| !body.motions.is_empty()).collect();
         RigidMotions { bodies }

@@ -13,6 +13,7 @@ use super::transform::{
 };
 use crate::Error;
 use crate::certificate::{Certificate, certify_divided, ghost_values};
+use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, Division, Elastic};
 use crate::linalg::multigrid::{Block, Hierarchy, Nodes, RelativeCoordinates, RelativeMatrix, contact_ghosts};
 use crate::linalg::{NodeGraph, Stop};
@@ -115,9 +116,9 @@ impl Transformed {
             p.compliance = of_others[j as usize];
             p.add_compliance(&k.diagonal(p.node), &coarse);
         }
-        let (motions, names) = match hierarchy.is_singular() {
+        let motions = match hierarchy.is_singular() {
             true => divided_motions(whole, division),
-            false => Default::default(),
+            false => RigidMotions::default(),
         };
         let own_beside = || own_points.iter().map(|&j| beside[j as usize]);
         let is_own = |j: &u32| division.is_own(division.points[*j as usize]);
@@ -125,7 +126,7 @@ impl Transformed {
         let mut own: Vec<u32> = own_beside().chain(own_equations.iter().copied()).collect();
         own.sort_unstable();
         if !motions.is_empty() {
-            refuse_unresisted(whole, division, (&motions, &names), &own)?;
+            refuse_unresisted(whole, division, &motions, &own)?;
             mark_floating(whole, &motions, own_beside().map(|j| j as usize).zip(&mut points));
         }
         let places = || own_equations.iter().map(|j| own.partition_point(|i| i < j) as u32).collect();

@@ -17,8 +17,8 @@ const UNSEEN: f64 = 1e-6;
 type Combination = [f64; 6];
 
 /// The rigid motions that strain nothing, at the unknowns here; those of all ranks together have unit length. Every rank has all
-/// bodies, those too of which it has no unknown, and their names. Empty where the problem has no near-kernel.
-pub(super) fn divided_motions(problem: &ContactProblem, division: &Division) -> (RigidMotions, Vec<String>) {
+/// bodies, those too of which it has no unknown. Empty where the problem has no near-kernel.
+pub(super) fn divided_motions(problem: &ContactProblem, division: &Division) -> RigidMotions {
     let (Some(kernel), Some(bodies), Some(labels)) =
         (&problem.elastic.near_kernel, &problem.labels.bodies, &problem.elastic.node_of)
     else {
@@ -47,11 +47,9 @@ pub(super) fn divided_motions(problem: &ContactProblem, division: &Division) -> 
         let motion = |c: &Combination| unknowns.iter().map(|&i| dot(c, &moved[i as usize])).collect();
         let motions = free.iter().map(motion).collect();
         let coefficients = free.iter().map(|c| of_kernel(c, &bodies.list[b], bodies)).collect();
-        FloatingBody { unknowns, motions, coefficients }
+        FloatingBody { place: Some(b), unknowns, motions, coefficients }
     };
-    let all = (0..bodies.list.len()).map(|b| (floating(b), bodies.list[b].name.clone()));
-    let (bodies, names) = all.filter(|(body, _)| !body.motions.is_empty()).unzip();
-    (RigidMotions { bodies }, names)
+    RigidMotions { bodies: (0..bodies.list.len()).map(floating).filter(|body| !body.motions.is_empty()).collect() }
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
@@ -110,11 +108,11 @@ fn free_motions([gram, energy]: &[[[f64; 6]; 6]; 2], none: f64) -> Vec<Combinati
 }
 
 /// Refuses motions that no contact point resists, whichever of them touch: nothing determines the displacement. `own` are the points
-/// of this rank, and `names` those of the bodies.
+/// of this rank.
 pub(super) fn refuse_unresisted(
     problem: &ContactProblem,
     division: &Division,
-    (motions, names): (&RigidMotions, &[String]),
+    motions: &RigidMotions,
     own: &[u32],
 ) -> Result<(), Error> {
     let (m, k, ranks) = (problem.points(), motions.len(), &*division.ranks);
@@ -136,9 +134,9 @@ pub(super) fn refuse_unresisted(
     let (values, vectors) = symmetric_eigen(&gram.chunks(k).map(<[f64]>::to_vec).collect::<Vec<_>>());
     let Some(free) = values.iter().position(|&value| value <= UNSEEN * UNSEEN) else { return Ok(()) };
     let most = (0..k).fold(0, |best, a| if vectors[free][a].abs() > vectors[free][best].abs() { a } else { best });
-    let mut of_motion =
-        motions.bodies.iter().zip(names).flat_map(|(body, name)| body.motions.iter().map(move |_| name));
-    let name = of_motion.nth(most).map_or("", |name| name);
+    let mut of_motion = motions.bodies.iter().flat_map(|body| body.motions.iter().map(|_| body.place));
+    let place = of_motion.nth(most).flatten();
+    let name = problem.labels.bodies.as_ref().zip(place).map_or("", |(bodies, place)| &bodies.list[place].name);
     let what = format!("no support and no contact resists some rigid motion of body \"{name}\"");
     let remedy = "hold it by prescribed displacements or by friction; `stiction solve` says which motion it is";
     Err(Error::new("", what, remedy))

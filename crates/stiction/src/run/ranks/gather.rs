@@ -195,3 +195,20 @@ pub(super) fn scattered<T: Wire>(ranks: &dyn Ranks, wanted: &[u64], list: &[T]) 
     }
     of(wanted)
 }
+
+/// What rank 0 answers this rank, where `answer` makes of the messages of all ranks one for each.
+pub(super) fn answered_by_first(
+    ranks: &dyn Ranks,
+    message: Vec<u8>,
+    answer: impl FnOnce(&[Vec<u8>]) -> Vec<Vec<u8>>,
+) -> Vec<u8> {
+    match gather(ranks, message) {
+        None => ranks.exchange(Vec::new(), &[0]).swap_remove(0),
+        Some(messages) => {
+            let mut replies = answer(&messages);
+            let own = replies.remove(0);
+            ranks.exchange(replies.into_iter().zip(1..).map(|(reply, rank)| (rank, reply)).collect(), &[]);
+            own
+        }
+    }
+}

@@ -9,6 +9,7 @@ mod components;
 mod deck;
 mod elements;
 mod estimate;
+mod faceted;
 mod facts;
 mod gather;
 mod generate;

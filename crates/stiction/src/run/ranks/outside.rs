@@ -97,6 +97,11 @@ impl Outside {
         Assembly { mesh: &self.mesh, body: self.body.clone(), surfaces: &self.surfaces, facts }
     }
 
+    /// The node with this number in the whole.
+    pub(super) fn place(&self, number: u64) -> Option<u32> {
+        self.numbers.binary_search(&number).ok().map(|place| place as u32)
+    }
+
     /// Nothing has moved.
     pub(super) fn at_rest(&self) -> Moved {
         Moved { u: vec![[0.0; 3]; self.numbers.len()], obstacles: vec![[0.0; 3]; self.surfaces.len()] }

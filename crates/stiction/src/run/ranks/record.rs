@@ -11,7 +11,7 @@ use crate::io::case::Case;
 use crate::ranks::Wire;
 use crate::run::pose::Seconds;
 use crate::run::results::{ESTIMATED, FORMAT, Row, Rows, Versions, accuracy_rows, ended_short, percent, print};
-use crate::run::solve::quantities::Smallness;
+use crate::run::solve::quantities::{FacetedRecord, Smallness};
 use crate::run::solve::{
     AccuracyRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, CouplingState, Named, OverlapRecord,
     PairRecord, SolutionsRecord, Totals,
@@ -91,6 +91,9 @@ pub struct RankedStep {
     /// Bodies that nothing holds: their places say nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unheld: Vec<String>,
+    /// A motion that hardly more than the facets of curved surfaces resists.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_by_facets: Option<FacetedRecord>,
     /// Balance of each body.
     #[serde(default)]
     pub bodies: Vec<BodyRecord>,
@@ -120,6 +123,7 @@ impl RankedStep {
             overlaps: remarks.overlaps.clone(),
             smallness: remarks.smallness.clone(),
             unheld: remarks.unheld.clone(),
+            held_by_facets: remarks.held_by_facets.clone(),
             bodies: bodies(solution),
             bolts: Vec::new(),
             couplings: Vec::new(),
@@ -167,6 +171,9 @@ pub struct RankedSummary {
     /// Bodies that nothing holds: their places say nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unheld: Vec<String>,
+    /// A motion that hardly more than the facets of curved surfaces resists.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_by_facets: Option<FacetedRecord>,
     /// Balance of each body.
     #[serde(default)]
     pub bodies: Vec<BodyRecord>,
@@ -249,6 +256,7 @@ impl RankedSummary {
             overlaps: Vec::new(),
             smallness: None,
             unheld: Vec::new(),
+            held_by_facets: None,
             bodies: bodies(solution),
             bolts: Vec::new(),
             couplings: Vec::new(),

@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::faceted::faceted;
 use super::facts::own_cells;
 use super::local::Local;
 use super::outside::moved;
@@ -17,8 +18,8 @@ use crate::io::case::Case;
 use crate::ranks::{Wire, agree, broadcast, from_bytes, gather, gather_all, max, put, sum, take, to_bytes};
 use crate::run::solve::passing::{Searches, found, needed_searches};
 use crate::run::solve::quantities::{
-    Couple, Displaced, Extreme, Forces, Micromotion, Smallness, extremes, may_lie_apart, of_extremes, percentiles,
-    unheld_among,
+    Couple, Displaced, Extreme, FacetedRecord, Forces, Micromotion, Smallness, extremes, may_lie_apart, of_extremes,
+    percentiles, unheld_among,
 };
 use crate::run::solve::{OverlapRecord, PairRecord, Totals, Whereabouts};
 
@@ -29,6 +30,8 @@ pub(super) struct Remarks {
     pub smallness: Option<Smallness>,
     /// Bodies that nothing holds.
     pub unheld: Vec<String>,
+    /// A motion that hardly more than the facets of curved surfaces resists.
+    pub held_by_facets: Option<FacetedRecord>,
     /// Of each surface.
     pub micromotions: Vec<Option<Micromotion>>,
     /// How far the surfaces of contacts have to be looked for.
@@ -97,7 +100,8 @@ pub(super) fn look(
     }
     let message = broadcast(ranks, serde_json::to_vec(&remarks).unwrap_or_default());
     // Numbers that are not finite, of an iteration that diverges, cannot be told; rank 0 reads it as well, so that all have the same.
-    Ok(serde_json::from_slice(&message).unwrap_or_default())
+    let remarks: Remarks = serde_json::from_slice(&message).unwrap_or_default();
+    Ok(Remarks { held_by_facets: faceted(local, motions, answer), ..remarks })
 }
 
 /// How far each point of a surface here has slid since the start, length.

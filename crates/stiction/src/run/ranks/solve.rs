@@ -277,8 +277,9 @@ impl Begun {
         (summary.problem, summary.solutions) = (problem, solutions);
         summary.pairs = remarks.pairs(pairs);
         summary.escape_mode = escape.as_ref().map(|escape: &Escape| escape.motion.clone());
-        let Remarks { overlaps, smallness, unheld, needed, .. } = remarks;
+        let Remarks { overlaps, smallness, unheld, held_by_facets, needed, .. } = remarks;
         (summary.overlaps, summary.smallness, summary.unheld) = (overlaps, smallness, unheld);
+        summary.held_by_facets = held_by_facets;
         let step = summary.steps.last().and_then(|last| case.steps.iter().position(|step| step.name == last.name));
         let targets = local.bolts.iter().filter_map(|bolt| bolt.bolt.target(step.unwrap_or(0), t).ok()).collect();
         let (certificate, restarts) = (&solution.certificate, solution.counts.restarts);

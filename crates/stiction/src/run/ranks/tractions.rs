@@ -3,11 +3,12 @@
 
 use std::collections::BTreeSet;
 
+use super::gather::answered_by_first;
 use super::local::Local;
 use super::solve::axes;
 use crate::certificate::ghost_values;
 use crate::mesh::v3::{V3, add, dot, scale};
-use crate::ranks::{gather, put, take};
+use crate::ranks::{put, take};
 use crate::run::solve::tractions::{Traction, project};
 
 /// Tractions of all points here, and of each surface the largest pressure at a node of the other one, the same on every rank.
@@ -57,15 +58,7 @@ fn exchanged(local: &Local, own: &[usize], quotients: &[Traction]) -> (Vec<Tract
     put(&shared.iter().map(|row| row.len() as u32).collect::<Vec<_>>(), &mut message);
     put(&shared.iter().flatten().map(|entry| entry.0).collect::<Vec<u64>>(), &mut message);
     put(&shared.iter().flatten().map(|entry| entry.1).collect::<Vec<f64>>(), &mut message);
-    let reply = match gather(ranks, message) {
-        None => ranks.exchange(Vec::new(), &[0]).swap_remove(0),
-        Some(messages) => {
-            let mut replies = replies(&messages, local.signs.len());
-            let own = replies.remove(0);
-            ranks.exchange(replies.into_iter().zip(1..).map(|(reply, rank)| (rank, reply)).collect(), &[]);
-            own
-        }
-    };
+    let reply = answered_by_first(ranks, message, |messages| replies(messages, local.signs.len()));
     let mut from = &reply[..];
     (take(&mut from), take(&mut from))
 }

@@ -82,10 +82,8 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
         false => Vec::new(),
     };
     unheld_rows(&mut rows, &now, of_steps);
-    let of_steps = outcome.steps.iter().find_map(|step| Some((step.answer.held_by_facets.clone()?, Some(step.t))));
-    let now = || Some((faceted(prepared, &outcome.solution)?, None));
-    let held = if outcome.steps.is_empty() { now() } else { of_steps };
-    held.iter().for_each(|(held, t)| rows.add("warning", by_facets(held, *t)));
+    let of_steps = outcome.steps.iter().map(|step| (step.answer.held_by_facets.as_ref(), step.t));
+    faceted_row(&mut rows, || faceted(prepared, &outcome.solution), of_steps);
     couple_rows(&mut rows, &couples(prepared, &outcome.solution.u, &outcome.solution.lambda));
     displacement_row(&mut rows, largest_displacement(prepared, outcome));
     outcome.smallness.iter().for_each(|of| rows.add("deformation", smallness_text::line(of)));
@@ -211,6 +209,19 @@ pub(in crate::run) fn unheld_rows<'a>(
 }
 
 /// A motion that facets alone hold, from time `t` on with load steps.
+/// The motion of an answer, or the first of its load steps with its time, that hardly more than facets resists.
+pub(in crate::run) fn faceted_row<'a>(
+    rows: &mut Rows,
+    answer: impl FnOnce() -> Option<FacetedRecord>,
+    mut steps: impl ExactSizeIterator<Item = (Option<&'a FacetedRecord>, f64)>,
+) {
+    if steps.len() == 0 {
+        answer().iter().for_each(|held| rows.add("warning", by_facets(held, None)));
+    } else if let Some((held, t)) = steps.find_map(|(held, t)| Some((held?, t))) {
+        rows.add("warning", by_facets(held, Some(t)));
+    }
+}
+
 fn by_facets(FacetedRecord { motion, slope, angle }: &FacetedRecord, t: Option<f64>) -> String {
     let at = t.map_or(String::new(), |t| format!(" at t = {}", number(t)));
     let in_degrees = |angle: &f64| {

@@ -11,7 +11,7 @@ pub use super::discretisation::nodal_stress_of;
 pub(crate) use super::discretisation::stress_at;
 pub(crate) use couple::{Couple, Forces, couples, may_lie_apart};
 pub use facets::FacetedRecord;
-pub(crate) use facets::faceted;
+pub(crate) use facets::{between_normals, faceted, slides};
 pub use micromotion::Micromotion;
 pub(super) use micromotion::micromotions;
 pub(crate) use micromotion::percentiles;

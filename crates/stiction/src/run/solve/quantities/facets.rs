@@ -24,17 +24,26 @@ pub struct FacetedRecord {
     pub angle: f64,
 }
 
+impl FacetedRecord {
+    pub(crate) fn of(motion: String, found: &Faceted) -> FacetedRecord {
+        FacetedRecord { motion, slope: found.slope.to_degrees(), angle: found.angle.to_degrees() }
+    }
+}
+
+/// Whether friction resists no more where it `slips` or there is none.
+pub(crate) fn slides(law: Friction, slips: bool) -> bool {
+    law == Friction::None || slips
+}
+
 /// The motion of an answer that nothing but facets holds; none where nothing is solved.
 pub(crate) fn faceted(prepared: &Prepared, solution: &Solution) -> Option<FacetedRecord> {
     let (problem, motions) = (&prepared.problem, &prepared.motions);
     if motions.is_empty() || solution.status != Status::Solved {
         return None;
     }
-    let slides = |j: usize| problem.contact.friction[j] == Friction::None || solution.states[j] == PointState::Slip;
-    let Faceted { alpha, slope, angle } =
-        held_by_facets(problem, motions, &solution.lambda, &slides, &angles(prepared))?;
-    let motion = in_words(problem, motions, &alpha);
-    Some(FacetedRecord { motion, slope: slope.to_degrees(), angle: angle.to_degrees() })
+    let slides = |j: usize| slides(problem.contact.friction[j], solution.states[j] == PointState::Slip);
+    let found = held_by_facets(problem, motions, &solution.lambda, &slides, &angles(prepared))?;
+    Some(FacetedRecord::of(in_words(problem, motions, &found.alpha), &found))
 }
 
 /// By how much the normals of both surfaces of a pair differ at each point, radians: on the other one that of its nodes, weighted as these count.
@@ -52,16 +61,17 @@ fn angles(prepared: &Prepared) -> Vec<f64> {
         };
         let normals: HashMap<u32, V3> = nodal_normals(&prepared.mesh, &master.faces).into_iter().collect();
         for j in pair.points.clone() {
-            let mut sum = [0.0; 3];
-            for (dof, value) in entries(prepared, j).filter(|(dof, _)| dof / 3 != frames[j].node) {
-                if let Some(&normal) = normals.get(&(dof / 3)) {
-                    sum = add(sum, scale(value.abs(), normal));
-                }
-            }
-            if let (Some(own), Some(other)) = (unit(frames[j].normal), unit(sum)) {
-                angles[j] = norm(cross(own, other)).min(1.0).asin();
-            }
+            let others = entries(prepared, j).filter(|(dof, _)| dof / 3 != frames[j].node);
+            let others = others.filter_map(|(dof, value)| Some((*normals.get(&(dof / 3))?, value.abs())));
+            angles[j] = between_normals(frames[j].normal, others);
         }
     }
     angles
+}
+
+/// The angle between a normal and others with their weights, radians; zero where there is none.
+pub(crate) fn between_normals(own: V3, others: impl Iterator<Item = (V3, f64)>) -> f64 {
+    let sum = others.fold([0.0; 3], |sum, (normal, weight)| add(sum, scale(weight, normal)));
+    let both = unit(own).zip(unit(sum));
+    both.map_or(0.0, |(own, other)| norm(cross(own, other)).min(1.0).asin())
 }

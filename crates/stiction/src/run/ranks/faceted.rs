@@ -1,0 +1,106 @@
+//! Motions of bodies among several ranks that the facets of curved surfaces alone resist: what `run/solve/quantities/facets.rs` finds. Rank 0
+//! knows the normals of all surfaces, and how far obstacles of triangles are off.
+
+use std::collections::HashMap;
+
+use super::gather::answered_by_first;
+use super::local::Local;
+use super::outside::Outside;
+use super::solve::axes;
+use super::tighten::Found;
+use crate::contact::Counterpart;
+use crate::contact::equilibrium::in_words_among;
+use crate::contact::facets::{Among, held_among};
+use crate::contact::rigid::RigidMotions;
+use crate::fem::nodal_normals;
+use crate::friction::{PointState, Status};
+use crate::mesh::v3::V3;
+use crate::ranks::{from_bytes, max, put, sum, take, to_bytes};
+use crate::run::solve::quantities::{FacetedRecord, between_normals, slides};
+
+/// The motion of an answer, the same on every rank; none where nothing is solved.
+pub(super) fn faceted(local: &Local, motions: &RigidMotions, answer: &Found) -> Option<FacetedRecord> {
+    let (Local { problem, division, .. }, ranks) = (local, &*local.division.ranks);
+    if motions.is_empty() || answer.solution.status != Status::Solved {
+        return None;
+    }
+    let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
+    let is_slip = |j: usize| slides(problem.contact.friction[j], answer.everywhere.states[j] == PointState::Slip);
+    let among = Among {
+        point: &|j| division.is_own(division.points[j]),
+        unknown: &|i| division.is_own(labels[i]),
+        sum: &|values| sum(ranks, values),
+        max: &|values| max(ranks, values),
+    };
+    let found = held_among((problem, motions), (&answer.everywhere.lambda, &is_slip, &angles(local)), &among)?;
+    let motion = in_words_among(problem, motions, &found.alpha, &|values| max(ranks, values));
+    Some(FacetedRecord::of(motion, &found))
+}
+
+/// By how much the normals of both surfaces differ at the points of this rank, radians; zero at others.
+fn angles(local: &Local) -> Vec<f64> {
+    let is_own = |j: &usize| local.division.is_own(local.division.points[*j]);
+    let own: Vec<usize> = (0..local.timed.contact_points()).filter(is_own).collect();
+    let number = |node: u32| local.piece.nodes[node as usize];
+    let at: Vec<(u64, V3)> = own.iter().map(|&j| axes(local, j)).map(|(node, [n, ..])| (number(node), n)).collect();
+    let others: Vec<Vec<(u64, f64)>> = own.iter().map(|&j| others(local, j)).collect();
+    let mut message = Vec::new();
+    put(&own.iter().map(|&j| local.pair_of(j) as u32).collect::<Vec<_>>(), &mut message);
+    put(&at.iter().map(|at| at.0).collect::<Vec<u64>>(), &mut message);
+    put(&at.iter().map(|at| at.1).collect::<Vec<V3>>(), &mut message);
+    put(&others.iter().map(|row| row.len() as u32).collect::<Vec<_>>(), &mut message);
+    put(&others.iter().flatten().map(|entry| entry.0).collect::<Vec<u64>>(), &mut message);
+    put(&others.iter().flatten().map(|entry| entry.1).collect::<Vec<f64>>(), &mut message);
+    let reply = |messages: &[Vec<u8>]| match &local.outside {
+        Some(outside) => replies(outside, messages),
+        None => vec![to_bytes::<f64>(&[]); messages.len()],
+    };
+    let of_own: Vec<f64> = from_bytes(&answered_by_first(&*local.division.ranks, message, reply));
+    let mut angles = vec![0.0; local.problem.points()];
+    own.iter().zip(of_own).for_each(|(&j, angle)| angles[j] = angle);
+    angles
+}
+
+/// The nodes that a point touches, by their numbers in the whole mesh, with how they count.
+fn others(local: &Local, j: usize) -> Vec<(u64, f64)> {
+    let (problem, dofs) = (&local.problem, &local.model.dofs);
+    let (columns, values) = problem.contact.B.row(j);
+    let free = columns.iter().zip(values).map(|(&k, v)| (dofs.free[k as usize], *v));
+    let held = problem.labels.supports.as_ref().map_or((&[][..], &[][..]), |supports| supports.B.row(j));
+    let held = held.0.iter().zip(held.1).map(|(&k, v)| (dofs.prescribed[k as usize], *v));
+    let node = |dof: u32| dofs.mesh_node(dof / 3);
+    let others = free.chain(held).filter(|(dof, _)| node(*dof) != local.node_of(j));
+    others.map(|(dof, value)| (local.piece.nodes[node(dof) as usize], value.abs())).collect()
+}
+
+/// The angles at the points of each rank.
+fn replies(outside: &Outside, messages: &[Vec<u8>]) -> Vec<Vec<u8>> {
+    let normals = |of: &Counterpart| match of {
+        Counterpart::Surface(master) => nodal_normals(&outside.mesh, &master.faces).into_iter().collect(),
+        Counterpart::Obstacle(_) => HashMap::new(),
+    };
+    let normals: Vec<HashMap<u32, V3>> = outside.surfaces.iter().map(|surface| normals(&surface.against)).collect();
+    let reply = |message: &Vec<u8>| {
+        let from = &mut &message[..];
+        let (pairs, numbers, own): (Vec<u32>, Vec<u64>, Vec<V3>) = (take(from), take(from), take(from));
+        let (counts, nodes, weights): (Vec<u32>, Vec<u64>, Vec<f64>) = (take(from), take(from), take(from));
+        let mut entries = nodes.into_iter().zip(weights);
+        let angle = |(((pair, number), own), count): (((u32, u64), V3), u32)| {
+            let entries: Vec<(u64, f64)> = entries.by_ref().take(count as usize).collect();
+            match &outside.surfaces[pair as usize].against {
+                Counterpart::Surface(_) => {
+                    let normal = |(number, weight): (u64, f64)| {
+                        Some((*normals[pair as usize].get(&outside.place(number)?)?, weight))
+                    };
+                    between_normals(own, entries.into_iter().filter_map(normal))
+                }
+                Counterpart::Obstacle(obstacle) => {
+                    let node = outside.place(number).map(|node| outside.mesh.nodes[node as usize]);
+                    node.map_or(0.0, |x| obstacle.normal_error(x))
+                }
+            }
+        };
+        to_bytes(&pairs.into_iter().zip(numbers).zip(own).zip(counts).map(angle).collect::<Vec<f64>>())
+    };
+    messages.iter().map(reply).collect()
+}
