@@ -97,6 +97,36 @@ fn a_distributing_coupling_is_the_same_on_ranks() {
     agrees(&block([12, 9, 6], "hex8", "0.3", &coupling(turned)), &[1, 2, 3, 4]);
 }
 
+/// Lifted by the mean of its top a block hangs on one equation: along the five motions that this leaves it stays where it was, on any number
+/// of ranks.
+#[test]
+fn a_block_that_hangs_on_one_equation_stays_where_it_was() {
+    let mean = |name: &str, rest: &str| {
+        format!(
+            "[[coupling]]\nname = \"{name}\"\non = \"z-max\"\nkind = \"distributing\"\npoint = [1, 0.75, 1]\n{rest}"
+        )
+    };
+    let lifted = mean("press", "motion = { x = \"4e-6*t\", z = \"-1e-5*t\" }\nuntil = \"press\"\n")
+        + &mean("lift", "motion = { z = \"1e-4*(t-1)\" }\nfrom = \"lift\"\nuntil = \"lift\"\n")
+        + &mean("again", "motion = { x = \"1e-5*(t-2)\", z = \"-2e-4*(t-2)\" }\nfrom = \"again\"\n")
+        + "[[step]]\nname = \"press\"\nuntil = 1\n[[step]]\nname = \"lift\"\nuntil = 2\n[[step]]\nname = \"again\"\nuntil = 3\n";
+    let text = block([12, 9, 6], "hex8", "0.3", &lifted);
+    let case = case_of(&text, "1e-10");
+    let (outcome, _) = solved_case(&case);
+    for size in [1, 2, 3] {
+        let steps = on_ranks(&case, size).1.steps;
+        for (step, expected) in steps.iter().zip(&outcome.steps) {
+            for (a, b) in step.couplings.iter().zip(&expected.answer.couplings) {
+                let [a, b] = [a, b].map(|state| [state.displacement, state.rotation].concat());
+                assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= 1e-12), "{size} ranks: {a:?} {b:?}");
+            }
+        }
+        assert!(steps[1].contact.normal_force == 0.0 && steps[2].contact.normal_force > 1.0);
+        let motions: Vec<_> = steps.iter().map(|step| step.adrift.as_ref().map(|it| it.motions)).collect();
+        assert_eq!(motions, [None, Some(5), None], "{size} ranks");
+    }
+}
+
 /// The nodes of the top, as regions of one node each.
 fn top(cells: [usize; 3]) -> Vec<String> {
     let of = |k: usize| (k % (cells[0] + 1), k / (cells[0] + 1));

@@ -5,7 +5,9 @@ use std::ops::ControlFlow;
 use stiction::certificate::certify;
 use stiction::friction::Status;
 use stiction::io::case;
-use stiction::run::{CouplingState, Outcome, Prepared, Settings, body_fields, coupling_states, prepare, solve, totals};
+use stiction::run::{
+    CouplingState, Outcome, Prepared, Settings, body_fields, coupling_states, prepare, report, solve, totals,
+};
 use stiction_fixtures::case_run::{at, block, is, refused, solved, stress};
 
 const PATHS: [&str; 3] = ["dense", "solves", "multigrid"];
@@ -222,6 +224,61 @@ fn faces_are_moved_in_the_mean_in_few_cycles_and_as_by_the_factor() {
             }
         }
     }
+}
+
+/// A block on a plane.
+fn on_plane(rest: &str) -> String {
+    block([3.0, 1.0, 1.0], [9, 5, 5], "element = \"hex8\"")
+        + "[materials.soft]\nyoung = 1e5\npoisson = 0.3\n\
+           [[contact]]\non = \"z-min\"\nagainst = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\n\
+           friction = { coulomb = 0.3 }\n"
+        + rest
+}
+
+/// An equation that begins with the second step is one over many nodes before too.
+#[test]
+fn a_mean_that_is_prescribed_later_is_as_by_the_factor() {
+    let rest = "[[load]]\non = \"z-max\"\nforce = [0, 0, \"-400*min(t,1)\"]\n\
+                [[coupling]]\nname = \"top\"\non = \"z-max\"\npoint = [1.5, 0.5, 1]\nkind = \"distributing\"\nrotation = { x = 0 }\n\
+                [[coupling]]\nname = \"end\"\non = \"x-max\"\npoint = [3, 0.5, 0.5]\nkind = \"distributing\"\n\
+                motion = { y = \"1e-4*max(t-1,0)\" }\nfrom = \"b\"\n[[step]]\nname = \"a\"\nuntil = 1\n[[step]]\nname = \"b\"\nuntil = 2\n";
+    let run = |path: &str| solved(&(on_plane(rest) + &format!("[solver]\ntolerance = 1e-10\npath = \"{path}\"\n")));
+    let [direct, multigrid] = ["solves", "multigrid"].map(run);
+    for (a, b) in direct.0.steps.iter().zip(&multigrid.0.steps) {
+        is(b.answer.contact.normal_force, a.answer.contact.normal_force, 1e3 * 400.0);
+        for (a, b) in a.answer.couplings.iter().zip(&b.answer.couplings) {
+            are(b.force, a.force, 1e3 * 400.0);
+            are(b.moment, a.moment, 1e3 * 400.0);
+        }
+        // Cycles measured: 16 and 15.
+        assert!(b.answer.counts.cycles > 0 && b.answer.counts.cycles <= 25, "{:?}", b.answer.counts);
+    }
+}
+
+/// Lifted by the mean of its top a block hangs on one equation, which leaves five motions; pressed again its points hold it. Held by the mean
+/// over an edge of its foot it turns about that edge.
+#[test]
+fn motions_that_nothing_resists_are_named() {
+    let mean = |rest: &str| format!("[[coupling]]\non = \"z-max\"\nkind = \"distributing\"\n{rest}");
+    let lifted = mean("name = \"lift\"\npoint = [1.5, 0.5, 1]\nmotion = { z = \"1e-3*t\" }\nuntil = \"lift\"\n")
+        + &mean(
+            "name = \"press\"\npoint = [1.5, 0.5, 1]\nmotion = { x = \"1e-3*(t-1)\", z = \"-1e-3*(t-1)\" }\nfrom = \"press\"\n",
+        )
+        + "[[step]]\nname = \"lift\"\nuntil = 1\n[[step]]\nname = \"press\"\nuntil = 2\n";
+    let run = solved(&on_plane(&lifted));
+    let found: Vec<_> = run.0.steps.iter().map(|step| step.answer.adrift.as_ref().map(|it| it.motions)).collect();
+    assert_eq!(found, [Some(5), None]);
+    let warnings = |run: &(Outcome, Prepared)| {
+        let rows = report(&run.1, &run.0).rows.into_iter().filter(|row| row.label == "warning").map(|row| row.value);
+        rows.filter(|text| text.contains("nothing resists")).collect::<Vec<_>>()
+    };
+    let said = warnings(&run);
+    assert!(said.len() == 1 && said[0].contains("5 independent motions at t = 1"), "{said:?}");
+    let over_the_edge = solved(&on_plane(&mean("point = [0, 0.5, 1]\nmotion = { z = -1e-3 }\n")));
+    let said = warnings(&over_the_edge);
+    assert!(said.len() == 1 && said[0].contains("rotation"), "{said:?}");
+    let inside = solved(&on_plane(&mean("point = [1, 0.5, 1]\nmotion = { z = -1e-3 }\n")));
+    assert!(warnings(&inside).is_empty());
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Cyclic symmetry: one sector against the whole it stands for.
 
-use stiction::run::{Outcome, Prepared, surface_fields, totals};
+use stiction::run::{Outcome, Prepared, coupling_states, surface_fields, totals};
 use stiction_fixtures::case_run::{at, is, refused, solved};
 
 /// A square plate on a floor, pressed and twisted at its rim, held at the middle of its top: nothing in it is symmetric about
@@ -223,4 +223,36 @@ fn cuts_that_do_not_match_are_refused() {
     assert!(with("axis = [0, 0, 3]", "axis = [0, 1, 3]").contains("away from the nearest node"));
     assert!(with("against = \"y-min\"", "against = \"z-max\"").contains("the cuts do not match: x-min has"));
     assert!(with("against = \"y-min\"", "against = \"x-min\"").contains("away from the nearest node"));
+}
+
+/// A sector of 60 degrees of a ring without lateral contraction on a floor, whose face moves with a point on the axis.
+fn pressed(coupling: &str) -> String {
+    format!(
+        "[mesh]\nring = {{ radii = [20, 40], height = 10, degrees = 60, cells = [3, 8, 2], element = \"hex8\" }}\n\
+         [materials.m]\nyoung = 1e5\npoisson = 0\n\
+         [[contact]]\non = \"z-min\"\nagainst = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\n\
+         friction = {{ coulomb = 0.3 }}\n[[coupling]]\non = \"z-max\"\npoint = [0, 0, 10]\n{coupling}\
+         [[cyclic]]\non = \"end\"\nagainst = \"start\"\nsectors = 6\naxis = [0, 0, 1]\n[solver]\ntolerance = 1e-11\n"
+    )
+}
+
+/// A point on the axis is in all sectors and moves with none of them in a way of its own: a sector that could tip would press with a few of
+/// its points, not with the stress `E u / h` everywhere.
+#[test]
+fn a_reference_point_on_the_axis_moves_along_and_about_it_alone() {
+    let run = solved(&pressed("motion = { x = 0, y = 0, z = -1e-2 }\nrotation = { x = 0, y = 0, z = 0 }\n"));
+    // Eight segments of 7.5 degrees.
+    let area = 8.0 * 0.5 * (40.0_f64.powi(2) - 20.0_f64.powi(2)) * 7.5_f64.to_radians().sin();
+    let force = 1e5 * 1e-2 / 10.0 * area;
+    is(totals(&run.1, &run.0).normal_force, force, force);
+    is(coupling_states(&run.1, &run.0)[0].force[2], -force, force);
+    let pushed = "motion = { z = -1e-2 }\n";
+    for coupling in [pushed, "kind = \"distributing\"\nmotion = { z = -1e-2 }\n", "force = [0, 0, -1]\n"] {
+        let error = refused(&pressed(coupling));
+        assert!(error.contains("on the axis of cyclic symmetry"), "{error}");
+    }
+    // Beside the axis each sector has a point of its own.
+    assert!(
+        solved(&pressed(pushed).replace("point = [0, 0, 10]", "point = [26, 15, 10]")).0.solution.certificate.passed
+    );
 }

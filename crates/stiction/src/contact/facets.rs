@@ -4,6 +4,7 @@
 //! and a small turn presses some facets and opens others. The equations then have a solution, and where it ends is a matter of
 //! the mesh.
 
+use super::among::Among;
 use super::rigid::RigidMotions;
 use super::sliding::{PRESSED, WORKS};
 use super::{ContactProblem, Friction};
@@ -29,25 +30,6 @@ const ROUNDING: f64 = 1e-6;
 const SAFETY: f64 = 2.0;
 /// Motions that move what presses by less than this part of others move something else.
 const UNSEEN: f64 = 1e-12;
-
-/// Of a problem that ranks share what this one counts, with sums and maxima over all of them.
-pub(crate) struct Among<'a> {
-    pub point: &'a dyn Fn(usize) -> bool,
-    pub unknown: &'a dyn Fn(usize) -> bool,
-    pub sum: &'a dyn Fn(&mut [f64]),
-    pub max: &'a dyn Fn(&mut [f64]),
-}
-
-impl Among<'_> {
-    /// All of it.
-    const ALONE: Among<'static> = Among { point: &|_| true, unknown: &|_| true, sum: &|_| {}, max: &|_| {} };
-
-    fn largest(&self, here: impl Iterator<Item = f64>) -> f64 {
-        let mut most = [here.fold(0.0, f64::max)];
-        (self.max)(&mut most);
-        most[0]
-    }
-}
 
 /// Of the rigid motions that the points pressed together at `lambda` (`3m`, newton) resist by no more than the normals of the two surfaces
 /// differ, `angle` at each point (`m`, radians), the one along which the loads push; the one that is resisted least where they push along none.

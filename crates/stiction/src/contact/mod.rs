@@ -1,5 +1,7 @@
 //! Contact surfaces and obstacles; poses the [`ContactProblem`], the first waist of the program.
 
+pub(crate) mod adrift;
+pub(crate) mod among;
 mod chains;
 mod claims;
 mod closest;

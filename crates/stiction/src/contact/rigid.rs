@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::ContactProblem;
+use super::among::Among;
 use crate::linalg::{Csr, SmallCholesky, SymmetricCsr, axpy, dot, max_abs, norm, symmetric_eigen};
 
 /// A connected piece of the body with rigid motions that strain nothing.
@@ -176,18 +177,37 @@ impl RigidMotions {
     /// Combinations of the motions, of lengths of order one, that move nothing along the rows `constrained` of the `jumps` by
     /// more than the part `unseen` of the largest displacement; `scale` is the size of `B`.
     pub(crate) fn without_jump(&self, jumps: &Csr, constrained: &[usize], scale: f64, unseen: f64) -> Vec<Vec<f64>> {
-        let scale = scale.max(f64::MIN_POSITIVE);
+        self.without_jump_among(jumps, (constrained, &vec![false; self.len()]), scale, unseen, &Among::ALONE)
+    }
+
+    /// The same without the motions `held`, the same on all ranks that share the rows.
+    pub(crate) fn without_jump_among(
+        &self,
+        jumps: &Csr,
+        (constrained, held): (&[usize], &[bool]),
+        scale: f64,
+        unseen: f64,
+        among: &Among,
+    ) -> Vec<Vec<f64>> {
+        let largest = self.bodies.iter().flat_map(|b| b.motions.iter().map(|r| max_abs(r)));
+        let mut largest: Vec<f64> = largest.chain([scale]).collect();
+        (among.max)(&mut largest);
+        let scale = largest.pop().unwrap_or_default().max(f64::MIN_POSITIVE);
         // Motions by their largest displacement.
-        let unit: Vec<f64> = self.bodies.iter().flat_map(|b| b.motions.iter().map(|r| 1.0 / max_abs(r))).collect();
-        let mut gram = vec![vec![0.0; unit.len()]; unit.len()];
+        let unit: Vec<f64> = largest.iter().map(|largest| 1.0 / largest).collect();
+        let k = unit.len();
+        let mut gram = vec![0.0; k * k];
         for &i in constrained {
             for (a, of_a) in jumps.entries_of(i) {
                 for (b, of_b) in jumps.entries_of(i) {
                     let (a, b) = (a as usize, b as usize);
-                    gram[a][b] += of_a * unit[a] / scale * (of_b * unit[b] / scale);
+                    gram[a * k + b] += of_a * unit[a] / scale * (of_b * unit[b] / scale);
                 }
             }
         }
+        (among.sum)(&mut gram);
+        let mut gram: Vec<Vec<f64>> = gram.chunks(k.max(1)).map(<[f64]>::to_vec).collect();
+        (0..k).filter(|&a| held[a]).for_each(|a| gram[a][a] += 1.0);
         let free = near_kernel_of(&gram, unseen * unseen).into_iter();
         free.map(|vector| vector.iter().zip(&unit).map(|(v, u)| v * u).collect()).collect()
     }

@@ -42,7 +42,9 @@ pub use solve::{
     solve_steps, totals, widened,
 };
 
-pub use solve::quantities::{FacetedRecord, Micromotion, SMALL_ROTATION, SMALL_STRAIN, Smallness, nodal_stress_of};
+pub use solve::quantities::{
+    AdriftRecord, FacetedRecord, Micromotion, SMALL_ROTATION, SMALL_STRAIN, Smallness, nodal_stress_of,
+};
 pub use whole::{Plan, Stage, Teller, solve_case};
 
 /// Discrete problems given as matrices.

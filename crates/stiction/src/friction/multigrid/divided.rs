@@ -13,7 +13,7 @@ use super::transform::{
 };
 use crate::Error;
 use crate::certificate::{Certificate, certify_divided, ghost_values};
-use crate::contact::rigid::RigidMotions;
+use crate::contact::rigid::{RigidMotions, rigid_motions};
 use crate::contact::{ContactProblem, Division, Elastic};
 use crate::linalg::multigrid::{Block, Hierarchy, Nodes, RelativeCoordinates, RelativeMatrix, contact_ghosts};
 use crate::linalg::{NodeGraph, Stop};
@@ -117,6 +117,7 @@ impl Transformed {
             p.add_compliance(&k.diagonal(p.node), &coarse);
         }
         let motions = match hierarchy.is_singular() {
+            true if k.halo.is_alone() => rigid_motions(whole),
             true => divided_motions(whole, division),
             false => RigidMotions::default(),
         };

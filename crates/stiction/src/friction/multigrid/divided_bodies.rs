@@ -2,6 +2,7 @@
 //! ranks, which are the same on every one.
 
 use crate::Error;
+use crate::contact::among::Among;
 use crate::contact::rigid::{FloatingBody, NO_ENERGY, RigidMotions};
 use crate::contact::{Bodies, Body, ContactProblem, Division};
 use crate::linalg::{dot, max_abs, symmetric_eigen};
@@ -115,25 +116,19 @@ pub(super) fn refuse_unresisted(
     motions: &RigidMotions,
     own: &[u32],
 ) -> Result<(), Error> {
-    let (m, k, ranks) = (problem.points(), motions.len(), &*division.ranks);
+    let m = problem.points();
     let jumps = motions.jumps(&problem.isotropic_rows());
-    let mut largest: Vec<f64> = motions.bodies.iter().flat_map(|b| b.motions.iter().map(|r| max_abs(r))).collect();
-    largest.push(problem.contact.B.max_abs());
-    max(ranks, &mut largest);
-    let scale = largest[k].max(f64::MIN_POSITIVE);
     let carries = |i: usize| i < m || problem.contact.friction[i % m].bound(f64::MAX) > 0.0;
     let rows: Vec<usize> = own.iter().flat_map(|&j| problem.rows(j as usize)).filter(|&i| carries(i)).collect();
-    let mut gram = vec![0.0; k * k];
-    for i in rows {
-        let jump = |(a, value): (u32, f64)| (a as usize, value / (largest[a as usize] * scale));
-        for (a, of_a) in jumps.entries_of(i).map(jump) {
-            jumps.entries_of(i).map(jump).for_each(|(b, of_b)| gram[a * k + b] += of_a * of_b);
-        }
-    }
-    sum(ranks, &mut gram);
-    let (values, vectors) = symmetric_eigen(&gram.chunks(k).map(<[f64]>::to_vec).collect::<Vec<_>>());
-    let Some(free) = values.iter().position(|&value| value <= UNSEEN * UNSEEN) else { return Ok(()) };
-    let most = (0..k).fold(0, |best, a| if vectors[free][a].abs() > vectors[free][best].abs() { a } else { best });
+    let ranks = &*division.ranks;
+    let among = Among { sum: &|values| sum(ranks, values), max: &|values| max(ranks, values), ..Among::ALONE };
+    let none_held = vec![false; motions.len()];
+    let free = motions.without_jump_among(&jumps, (&rows, &none_held), problem.contact.B.max_abs(), UNSEEN, &among);
+    let Some(free) = free.first() else { return Ok(()) };
+    let mut sizes: Vec<f64> = motions.bodies.iter().flat_map(|body| body.motions.iter().map(|r| max_abs(r))).collect();
+    max(ranks, &mut sizes);
+    let size = |a: usize| (free[a] * sizes[a]).abs();
+    let most = (0..free.len()).fold(0, |best, a| if size(a) > size(best) { a } else { best });
     let mut of_motion = motions.bodies.iter().flat_map(|body| body.motions.iter().map(|_| body.place));
     let place = of_motion.nth(most).flatten();
     let name = problem.labels.bodies.as_ref().zip(place).map_or("", |(bodies, place)| &bodies.list[place].name);

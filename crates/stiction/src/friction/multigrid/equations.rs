@@ -52,7 +52,9 @@ pub(super) fn fields(problem: &ContactProblem, division: Option<&Division>) -> u
 /// The points, and the number of their rows on all ranks together.
 fn counted(problem: &ContactProblem, division: Option<&Division>) -> (Vec<u32>, usize) {
     let laws = &problem.contact.friction;
-    let is_tie = |j: usize| laws[j] == Friction::Bonded && problem.labels.area.get(j).is_none_or(|area| *area == 0.0);
+    // What is out has another law until it is in.
+    let is_bonded = |j: usize| laws[j] == Friction::Bonded || problem.contact.out.binary_search(&(j as u32)).is_ok();
+    let is_tie = |j: usize| is_bonded(j) && problem.labels.area.get(j).is_none_or(|area| *area == 0.0);
     let is_large = |i: usize| is_over_many(problem.contact.B.row(i).1);
     let is_equation = |j: &u32| is_tie(*j as usize) && problem.rows(*j as usize).into_iter().any(is_large);
     let found: Vec<u32> = (0..problem.points() as u32).filter(is_equation).collect();

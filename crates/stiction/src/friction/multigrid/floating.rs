@@ -11,6 +11,7 @@ use crate::contact::{ContactProblem, Friction};
 use crate::dual::Dual;
 use crate::friction::direct::rigid_start::{Foundation, along, keep_apart, unless_rounding, ways, without_rounding};
 use crate::friction::law::parameters;
+use crate::friction::rigid_equilibrium;
 use crate::linalg::{Csr, axpy};
 use crate::ranks::{Halo, from_bytes, gather_all, put, take, to_bytes};
 
@@ -100,6 +101,9 @@ impl Multigrid {
     ) -> (Vec<f64>, Vec<f64>) {
         let transformed = &self.transformed;
         let (halo, motions, rows) = (transformed.halo(), &transformed.motions, problem.isotropic_rows());
+        if halo.is_alone() {
+            return rigid_equilibrium(problem, motions, slices, pull, u);
+        }
         let of_slices: Vec<Vec<f64>> = slices.iter().map(|slice| rows.times(slice)).collect();
         let jumps = rows_of_all_points(halo, motions.jumps(&rows).beside(&of_slices));
         let mut gap = of_all_points(halo, 3, &problem.isotropic().gap_and_slip(&u));

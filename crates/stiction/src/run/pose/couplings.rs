@@ -27,6 +27,8 @@ const DEPENDENT: f64 = 1e-9;
 const CLEAR: f64 = 1e-3;
 /// Entries of a tie below this are rounding.
 const NONE: f64 = 1e-14;
+/// A point this near the axis of cyclic symmetry, over the radius of the mesh, is on it.
+const ON_AXIS: f64 = 1e-6;
 /// Motions of the point: along x, y, z, about x, y, z.
 pub(crate) const MOTIONS: [&str; 6] = ["along x", "along y", "along z", "about x", "about y", "about z"];
 
@@ -89,6 +91,7 @@ pub(crate) fn couplings(
         let begin = first + ties.len();
         let mut coupling = Coupling::new(spec, columns, begin);
         coupling.refuse_untold(spec)?;
+        coupling.refuse_shared(solid.mesh, case, spec)?;
         let motion = Prescribed::new(case, spec);
         match rigid {
             None => coupling.prescribe_mean(dofs, &motion, first, &mut ties),
@@ -151,6 +154,35 @@ impl Coupling {
                 Err(self.spot.error(what, remedy))
             }
         }
+    }
+
+    /// An error where cyclic symmetry has the point in all sectors, but not its motion: on the axis only one along it and about it is
+    /// the same in all.
+    fn refuse_shared(&self, mesh: &Mesh, case: &Case, spec: &CouplingSpec) -> Result<(), Error> {
+        for cyclic in &case.cyclic {
+            let from_axis = |x: V3| norm(cross(sub(x, cyclic.point), cyclic.axis));
+            let radius = mesh.nodes.iter().map(|&x| from_axis(x)).fold(0.0, f64::max);
+            if from_axis(spec.point) > ON_AXIS * radius {
+                continue;
+            }
+            let what = "the point of this coupling is on the axis of cyclic symmetry, where all sectors share it and it moves along \
+                        and about the axis alone";
+            if spec.distributing {
+                let remedy = "make it kind = \"rigid\", or load the faces by a pressure or a traction";
+                return Err(self.spot.error(what, remedy));
+            }
+            let is_across = |k: &usize| cyclic.axis[k % 3].abs() < 1.0 - ON_AXIS;
+            let is_free = |k: &usize| {
+                let is_zero = matches!(prescribed(spec, *k), Some(Field::Constant(0.0)));
+                self.columns[*k].is_some() && !is_zero
+            };
+            if let Some(k) = (0..6).filter(is_across).find(is_free) {
+                let remedy = "prescribe zero for motion and rotation of the two other axes, such as motion = { x = 0, y = 0 } and \
+                              rotation = { x = 0, y = 0 }; turn the mesh if the axis is along none of x, y, z";
+                return Err(self.spot.error(format!("{what}, but this one may move {}", MOTIONS[k]), remedy));
+            }
+        }
+        Ok(())
     }
 
     /// A tie for each motion of the mean.

@@ -1,19 +1,23 @@
 //! The problem of one rank, posed on its piece of the mesh by the code that poses a whole one.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::bolts::RankBolt;
 use super::outside::Outside;
+use super::scope;
 use super::share::{NO_AXIS, OBSTACLE, REVERSED, Share, name};
 use super::ties::{self, has_ties};
 use super::timed::{Posed, Timed};
 use crate::Error;
 use crate::contact::{ContactProblem, Division, TributaryArea, pose_points, tributary_areas};
 use crate::fem::{FaceMoments, FeModel, Field, Fix, Load, Material, Solid, Spring, add_springs, assemble};
+use crate::friction::equations;
 use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec};
+use crate::io::text::number;
 use crate::mesh::v3::{V3, add, cross, sub};
 use crate::mesh::{Group, Mesh, MeshPiece};
-use crate::ranks::Ranks;
+use crate::ranks::{Ranks, agree};
 use crate::run::pose::Coupling;
 use crate::run::pose::activity::ALWAYS;
 use crate::run::pose::load_state::{Initial, acting};
@@ -60,6 +64,13 @@ pub(super) struct Local {
 
 /// Poses what a rank has of the case.
 pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result<Local, Error> {
+    let local = agree(&**ranks, assembled(case, share, ranks))?;
+    let equations = equations(&local.problem, Some(&local.division));
+    agree(&**ranks, local.refuse_shared_nodes(&equations))?;
+    Ok(local)
+}
+
+fn assembled(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result<Local, Error> {
     let Share {
         piece,
         material_of_cell,
@@ -106,7 +117,6 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
     };
     let timed = Timed::new(case, (mesh, &model), &mut problem, (&contact_of, diagonal), posed)?;
     undeformed.resize(problem.points(), 0.0);
-    timed.refuse_shared_nodes(&division.points)?;
     division.points.extend(timed.nodes());
     problem.validate()?;
     let motion = vec![0.0; 3 * problem.points()];
@@ -158,6 +168,22 @@ impl Local {
     /// The node of the mesh that a point is at.
     pub(super) fn node_of(&self, j: usize) -> u32 {
         self.model.dofs.mesh_node(self.division.points[j])
+    }
+
+    /// Multigrid wants a node for each point but for the `equations` over many nodes: those of other ties are neither of contacts nor of
+    /// one another.
+    fn refuse_shared_nodes(&self, equations: &[u32]) -> Result<(), Error> {
+        let nodes = &self.division.points;
+        let of_contacts = self.timed.contact_points();
+        let mut taken: HashSet<u32> = nodes[..of_contacts].iter().copied().collect();
+        let mut others = (of_contacts..nodes.len()).filter(|j| equations.binary_search(&(*j as u32)).is_err());
+        let Some(j) = others.find(|&j| !taken.insert(nodes[j])) else { return Ok(()) };
+        let [x, y, z] = self.piece.mesh.nodes[self.node_of(j) as usize].map(number);
+        let what = format!(
+            "an equation, a coupling or a support that begins or ends with a step on a node, at ({x}, {y}, {z}), that a contact has, or \
+             another of them with other steps,"
+        );
+        Err(scope::refused(&self.timed.spot(j), &what))
     }
 
     /// The surface of a point.

@@ -16,7 +16,7 @@ use crate::friction::{Multigrid, Settings, SolverPath};
 use crate::io::case::Case;
 use crate::linalg::Stop;
 use crate::mesh::v3::V3;
-use crate::ranks::{Ranks, agree, all_to_all, put, take};
+use crate::ranks::{Ranks, all_to_all, put, take};
 use crate::run::pose::CoarserCase;
 use crate::run::solve::nested::{around, settings};
 
@@ -51,7 +51,7 @@ pub(super) fn start(case: &Case, fine: &Local) -> Option<Vec<f64>> {
 /// ranks.
 fn solved(case: &Case, ranks: &Arc<dyn Ranks>) -> Result<Option<(Local, Vec<V3>)>, Error> {
     let share = share(case, &**ranks)?;
-    let mut local = agree(&**ranks, local(case, share, ranks))?;
+    let mut local = local(case, share, ranks)?;
     let (mut multigrid, own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
     let (start, mut statics) = (start(case, &local), Statics::none());
     let how = (Settings { path: SolverPath::Multigrid, ..settings() }, start, &mut statics);

@@ -54,6 +54,7 @@ impl From<RankedSummary> for Summary {
             discretisation_error: None,
             smallness: None,
             unheld: Vec::new(),
+            adrift: None,
             held_by_facets: None,
             energy: f64::NAN,
             reaction: [f64::NAN; 3],

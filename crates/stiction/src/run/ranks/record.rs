@@ -11,7 +11,7 @@ use crate::io::case::Case;
 use crate::ranks::Wire;
 use crate::run::pose::Seconds;
 use crate::run::results::{ESTIMATED, FORMAT, Row, Rows, Versions, accuracy_rows, ended_short, percent, print};
-use crate::run::solve::quantities::{FacetedRecord, Smallness};
+use crate::run::solve::quantities::{AdriftRecord, FacetedRecord, Smallness};
 use crate::run::solve::{
     AccuracyRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, CouplingState, Named, OverlapRecord,
     PairRecord, SolutionsRecord, Totals,
@@ -91,6 +91,9 @@ pub struct RankedStep {
     /// Bodies that nothing holds: their places say nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unheld: Vec<String>,
+    /// Motions that nothing resists: places along them say nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adrift: Option<AdriftRecord>,
     /// A motion that hardly more than the facets of curved surfaces resists.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_by_facets: Option<FacetedRecord>,
@@ -123,6 +126,7 @@ impl RankedStep {
             overlaps: remarks.overlaps.clone(),
             smallness: remarks.smallness.clone(),
             unheld: remarks.unheld.clone(),
+            adrift: remarks.adrift.clone(),
             held_by_facets: remarks.held_by_facets.clone(),
             bodies: bodies(solution),
             bolts: Vec::new(),
@@ -171,6 +175,9 @@ pub struct RankedSummary {
     /// Bodies that nothing holds: their places say nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unheld: Vec<String>,
+    /// Motions that nothing resists: places along them say nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adrift: Option<AdriftRecord>,
     /// A motion that hardly more than the facets of curved surfaces resists.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_by_facets: Option<FacetedRecord>,
@@ -256,6 +263,7 @@ impl RankedSummary {
             overlaps: Vec::new(),
             smallness: None,
             unheld: Vec::new(),
+            adrift: None,
             held_by_facets: None,
             bodies: bodies(solution),
             bolts: Vec::new(),

@@ -3,9 +3,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::faceted::faceted;
 use super::facts::own_cells;
 use super::local::Local;
+use super::loose::{adrift_of, faceted};
 use super::outside::moved;
 use super::steps::slid;
 use super::tighten::Found;
@@ -18,8 +18,8 @@ use crate::io::case::Case;
 use crate::ranks::{Wire, agree, broadcast, from_bytes, gather, gather_all, max, put, sum, take, to_bytes};
 use crate::run::solve::passing::{Searches, found, needed_searches};
 use crate::run::solve::quantities::{
-    Couple, Displaced, Extreme, FacetedRecord, Forces, Micromotion, Smallness, extremes, may_lie_apart, of_extremes,
-    percentiles, unheld_among,
+    AdriftRecord, Couple, Displaced, Extreme, FacetedRecord, Forces, Micromotion, Smallness, extremes, may_lie_apart,
+    of_extremes, percentiles, unheld_among,
 };
 use crate::run::solve::{OverlapRecord, PairRecord, Totals, Whereabouts};
 
@@ -30,6 +30,8 @@ pub(super) struct Remarks {
     pub smallness: Option<Smallness>,
     /// Bodies that nothing holds.
     pub unheld: Vec<String>,
+    /// Motions that nothing resists.
+    pub adrift: Option<AdriftRecord>,
     /// A motion that hardly more than the facets of curved surfaces resists.
     pub held_by_facets: Option<FacetedRecord>,
     /// Of each surface.
@@ -101,7 +103,8 @@ pub(super) fn look(
     let message = broadcast(ranks, serde_json::to_vec(&remarks).unwrap_or_default());
     // Numbers that are not finite, of an iteration that diverges, cannot be told; rank 0 reads it as well, so that all have the same.
     let remarks: Remarks = serde_json::from_slice(&message).unwrap_or_default();
-    Ok(Remarks { held_by_facets: faceted(local, motions, answer), ..remarks })
+    let adrift = adrift_of(local, motions, answer, &remarks.unheld);
+    Ok(Remarks { adrift, held_by_facets: faceted(local, motions, answer), ..remarks })
 }
 
 /// How far each point of a surface here has slid since the start, length.

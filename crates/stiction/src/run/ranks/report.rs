@@ -9,8 +9,8 @@ use crate::mesh::many;
 use crate::run::pose::bolts::Target;
 use crate::run::results::overlap_text::{Sentences, of_records};
 use crate::run::results::report::{
-    bolt_rows, certificate_rows, contact_rows, couple_rows, coupling_rows, displacement_row, escape_rows, faceted_row,
-    limit_row, short_of, solutions, status, steps_solved, unheld_rows,
+    adrift_row, bolt_rows, certificate_rows, contact_rows, couple_rows, coupling_rows, displacement_row, escape_rows,
+    faceted_row, limit_row, short_of, solutions, status, steps_solved, unheld_rows,
 };
 use crate::run::results::{Row, Rows, smallness_text};
 use crate::run::solve::quantities::Couple;
@@ -57,6 +57,8 @@ pub(super) fn rows(case: &Case, summary: &RankedSummary, known: Known) -> Vec<Ro
     left.into_iter().for_each(|warning| rows.add("warning", warning));
     let of_steps = summary.steps.iter().map(|step| (&step.unheld[..], step.t));
     unheld_rows(&mut rows, &summary.unheld, of_steps);
+    let of_steps = summary.steps.iter().map(|step| (step.adrift.as_ref(), step.t));
+    adrift_row(&mut rows, || summary.adrift.clone(), of_steps);
     let of_steps = summary.steps.iter().map(|step| (step.held_by_facets.as_ref(), step.t));
     faceted_row(&mut rows, || summary.held_by_facets.clone(), of_steps);
     couple_rows(&mut rows, known.couples);

@@ -202,6 +202,7 @@ fn steps(outcome: &Outcome) -> Vec<RankedStep> {
         overlaps: step.answer.overlaps.clone(),
         smallness: step.answer.smallness.clone(),
         unheld: step.answer.unheld.clone(),
+        adrift: step.answer.adrift.clone(),
         held_by_facets: step.answer.held_by_facets.clone(),
         bodies: step.answer.bodies.clone(),
         bolts: step.answer.bolts.clone(),

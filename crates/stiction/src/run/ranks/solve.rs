@@ -9,6 +9,7 @@ use super::facts::facts;
 use super::gather::WholeAnswer;
 use super::keep::{Keep, Kept, widened_before};
 use super::local::{Local, local};
+use super::loose::move_back;
 use super::record::{RankRecord, RankedStep, RankedSummary};
 use super::refine::refined;
 use super::remarks::{Remarks, couples, largest_displacement, look as look_at};
@@ -199,7 +200,7 @@ impl Begun {
         let mut seconds = Seconds { mesh: lap(), ..Seconds::default() };
         let limit = room::limit(case, &*ranks);
         room::piece_fits(&share.piece.mesh, &limit, &*ranks)?;
-        let mut local = agree(&*ranks, local(case, share, &ranks))?;
+        let mut local = local(case, share, &ranks)?;
         room::hierarchy_fits(&local, &limit, &*ranks)?;
         let asked = scope::of_rank_0(case).is_some();
         scope::check_size(case, unknowns(&local))?;
@@ -277,9 +278,9 @@ impl Begun {
         (summary.problem, summary.solutions) = (problem, solutions);
         summary.pairs = remarks.pairs(pairs);
         summary.escape_mode = escape.as_ref().map(|escape: &Escape| escape.motion.clone());
-        let Remarks { overlaps, smallness, unheld, held_by_facets, needed, .. } = remarks;
+        let Remarks { overlaps, smallness, unheld, adrift, held_by_facets, needed, .. } = remarks;
         (summary.overlaps, summary.smallness, summary.unheld) = (overlaps, smallness, unheld);
-        summary.held_by_facets = held_by_facets;
+        (summary.adrift, summary.held_by_facets) = (adrift, held_by_facets);
         let step = summary.steps.last().and_then(|last| case.steps.iter().position(|step| step.name == last.name));
         let targets = local.bolts.iter().filter_map(|bolt| bolt.bolt.target(step.unwrap_or(0), t).ok()).collect();
         let (certificate, restarts) = (&solution.certificate, solution.counts.restarts);
@@ -368,6 +369,8 @@ pub(super) fn march(
             march.at = shorter;
             continue;
         }
+        let (before, tolerance) = (march.answers.last().map(|answer| &answer.u[..]), solver.settings.tolerance);
+        move_back(solver.local, solver.multigrid.motions(), before, tolerance, &mut found);
         let remarks = look_at(case, (solver.local, solver.multigrid.motions()), &mut march.moved, &mut found, t)?;
         if span.is_none() {
             return Ok((found, steps, remarks));

@@ -1,16 +1,13 @@
 //! What of contact changes from increment to increment: laws that depend on time, points that take part in some steps only, supports
 //! that begin or end with a step, strength that is lost. All of it is found by the functions of one machine, at the points here.
 
-use std::collections::HashSet;
-
 use super::local::Local;
-use super::scope;
 use super::steps::full;
 use crate::Error;
 use crate::contact::{ContactProblem, Friction};
 use crate::fem::{DofMap, FeModel};
 use crate::friction::PointState;
-use crate::io::case::{Case, ContactSpec};
+use crate::io::case::{Case, ContactSpec, Spot};
 use crate::mesh::Mesh;
 use crate::ranks::max;
 use crate::run::pose::activity::{ALWAYS, Activity, Period, note_gaps, timed_contacts};
@@ -85,13 +82,9 @@ impl Timed {
         self.ties.nodes()
     }
 
-    /// Multigrid wants a node for each point: those of ties are not `of_contacts`, nor of one another.
-    pub(super) fn refuse_shared_nodes(&self, of_contacts: &[u32]) -> Result<(), Error> {
-        let mut taken: HashSet<u32> = of_contacts.iter().copied().collect();
-        let Some(k) = self.nodes().iter().position(|node| !taken.insert(*node)) else { return Ok(()) };
-        let what = "an equation, a coupling or a support that begins or ends with a step on nodes that a contact has, or another of \
-                    them with other steps,";
-        Err(scope::refused(&self.ties.spot(k), what))
+    /// Where the case says so of the point of a tie.
+    pub(super) fn spot(&self, j: usize) -> Spot {
+        self.ties.spot(j - self.contact_points())
     }
 
     /// Forces on the body that hold the ties here at time `t`, as of [`Ties::forces`].

@@ -17,7 +17,9 @@ use crate::io::text::{measure, number, triple};
 use crate::mesh::many;
 use crate::run::pose::Prepared;
 use crate::run::pose::bolts::Target;
-use crate::run::solve::quantities::{Couple, FacetedRecord, couples, faceted, largest_displacement, unheld};
+use crate::run::solve::quantities::{
+    AdriftRecord, Couple, FacetedRecord, adrift_of, couples, faceted, largest_displacement, unheld,
+};
 use crate::run::solve::{
     BalanceRecord, BoltState, BoundRecord, CouplingState, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states,
     coupling_states, escape_of, pair_totals, totals, word,
@@ -82,6 +84,8 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
         false => Vec::new(),
     };
     unheld_rows(&mut rows, &now, of_steps);
+    let of_steps = outcome.steps.iter().map(|step| (step.answer.adrift.as_ref(), step.t));
+    adrift_row(&mut rows, || adrift_of(prepared, &outcome.solution), of_steps);
     let of_steps = outcome.steps.iter().map(|step| (step.answer.held_by_facets.as_ref(), step.t));
     faceted_row(&mut rows, || faceted(prepared, &outcome.solution), of_steps);
     couple_rows(&mut rows, &couples(prepared, &outcome.solution.u, &outcome.solution.lambda));
@@ -213,12 +217,37 @@ pub(in crate::run) fn unheld_rows<'a>(
 pub(in crate::run) fn faceted_row<'a>(
     rows: &mut Rows,
     answer: impl FnOnce() -> Option<FacetedRecord>,
-    mut steps: impl ExactSizeIterator<Item = (Option<&'a FacetedRecord>, f64)>,
+    steps: impl ExactSizeIterator<Item = (Option<&'a FacetedRecord>, f64)>,
 ) {
+    let found = of_answer_or_steps(answer, steps);
+    found.iter().for_each(|(held, t)| rows.add("warning", by_facets(held, *t)));
+}
+
+/// The same of motions that nothing resists.
+pub(in crate::run) fn adrift_row<'a>(
+    rows: &mut Rows,
+    answer: impl FnOnce() -> Option<AdriftRecord>,
+    steps: impl ExactSizeIterator<Item = (Option<&'a AdriftRecord>, f64)>,
+) {
+    let Some((AdriftRecord { motion, motions }, t)) = of_answer_or_steps(answer, steps) else { return };
+    let at = t.map_or(String::new(), |t| format!(" at t = {}", number(t)));
+    let what = match motions {
+        1 => format!("nothing resists a motion{at}: {motion}"),
+        _ => format!("nothing resists {motions} independent motions{at}, one of them: {motion}"),
+    };
+    let remedy = "bodies are left where they were, as far as gaps allow: their place along it is arbitrary, and friction that \
+                  later follows from it; hold them by a [[fix]]";
+    rows.add("warning", format!("{what}; {remedy}"));
+}
+
+fn of_answer_or_steps<'a, T: Clone + 'a>(
+    answer: impl FnOnce() -> Option<T>,
+    mut steps: impl ExactSizeIterator<Item = (Option<&'a T>, f64)>,
+) -> Option<(T, Option<f64>)> {
     if steps.len() == 0 {
-        answer().iter().for_each(|held| rows.add("warning", by_facets(held, None)));
-    } else if let Some((held, t)) = steps.find_map(|(held, t)| Some((held?, t))) {
-        rows.add("warning", by_facets(held, Some(t)));
+        Some((answer()?, None))
+    } else {
+        steps.find_map(|(found, t)| Some((found?.clone(), Some(t))))
     }
 }
 

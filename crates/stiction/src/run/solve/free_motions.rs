@@ -4,13 +4,13 @@
 //! this takes the one nearest to the displacements before.
 
 use crate::certificate::certify;
+use crate::contact::ContactProblem;
+use crate::contact::adrift::{Held, adrift};
+use crate::contact::among::Among;
 use crate::contact::rigid::RigidMotions;
-use crate::contact::{ContactProblem, Friction};
 use crate::friction::{PointState, Solution, Status};
 use crate::linalg::{SmallCholesky, axpy, dot, max_abs};
 
-/// A motion that moves no point that holds by more than this part of its largest displacement is free.
-const UNSEEN: f64 = 1e-6;
 /// Moving back by less than this part of the largest displacement changes nothing that is read.
 const NOTHING: f64 = 1e-6;
 /// A displacement that no rigid motion has, over the largest before, that is rounding.
@@ -27,76 +27,98 @@ pub(super) fn move_back(
     tolerance: f64,
     solution: &mut Solution,
 ) {
-    if motions.is_empty() || !matches!(solution.status, Status::Solved | Status::Uncertified) {
+    if !matches!(solution.status, Status::Solved | Status::Uncertified) {
         return;
     }
-    let (m, B) = (problem.points(), &problem.contact.B);
-    let jumps = motions.jumps(B);
-    let holds = |i: usize| {
-        let (law, closed) = (&problem.contact.friction[i % m], solution.states[i % m] != PointState::Open);
-        match law {
-            Friction::Bonded => true,
-            _ if i < m => closed || solution.lambda[i] != 0.0,
-            // Given friction holds points that are open as well.
-            _ => solution.lambda[i] != 0.0 || law.bound(if closed { f64::MAX } else { 0.0 }) > 0.0,
-        }
-    };
-    let held: Vec<usize> = (0..3 * m).filter(|&i| holds(i)).collect();
-    let free = motions.without_jump(&jumps, &held, B.max_abs(), UNSEEN);
-    if free.is_empty() {
-        return;
-    }
-    let away: Vec<f64> = match before {
-        Some(before) => before.iter().zip(&solution.u).map(|(before, u)| before - u).collect(),
-        None => solution.u.iter().map(|u| -u).collect(),
-    };
-    // The motions are orthonormal: lengths of their combinations are those of the displacements.
-    let wanted = motions.work(&away);
-    let gram = free.iter().enumerate().map(|(a, of)| free[..=a].iter().map(|other| dot(of, other)).collect());
-    let Some(gram) = SmallCholesky::new(gram.collect()) else { return };
-    let weights = gram.solve(&free.iter().map(|of| dot(of, &wanted)).collect::<Vec<f64>>());
-    let mut alpha = vec![0.0; wanted.len()];
-    weights.iter().zip(&free).for_each(|(weight, of)| axpy(*weight, of, &mut alpha));
-    let part = as_far_as_gaps_allow(problem, &solution.u, &jumps.times(&alpha), &|j| !holds(j));
-    alpha.iter_mut().for_each(|a| *a *= part);
-    let mut change = vec![0.0; solution.u.len()];
-    motions.add(&alpha, &mut change);
-    if max_abs(&change) <= NOTHING * max_abs(&solution.u) {
-        return;
-    }
-    let mut u = solution.u.clone();
-    axpy(1.0, &change, &mut u);
-    take_out_rounding(motions, &change, &solution.u, &mut u);
+    let is_closed = |j: usize| solution.states[j] != PointState::Open;
+    let held = Held { lambda: &solution.lambda, is_closed: &is_closed };
+    let Some(u) = moved_back((problem, motions), before, (&solution.u, held), &Among::ALONE) else { return };
     let certificate = certify(problem, &u, &solution.lambda, tolerance);
     if certificate.passed || !solution.certificate.passed {
         (solution.u, solution.certificate) = (u, certificate);
     }
 }
 
+/// Such displacements of all unknowns, where ranks share the problem of those here; `None` where they are those of the answer.
+pub(crate) fn moved_back(
+    (problem, motions): (&ContactProblem, &RigidMotions),
+    before: Option<&[f64]>,
+    (u, held): (&[f64], Held),
+    among: &Among,
+) -> Option<Vec<f64>> {
+    let free = adrift((problem, motions), held, &|_| false, among);
+    if free.is_empty() {
+        return None;
+    }
+    let own = |values: Vec<f64>| {
+        let values = values.into_iter().enumerate();
+        values.map(|(i, value)| if (among.unknown)(i) { value } else { 0.0 }).collect::<Vec<f64>>()
+    };
+    let away: Vec<f64> = match before {
+        Some(before) => before.iter().zip(u).map(|(before, u)| before - u).collect(),
+        None => u.iter().map(|u| -u).collect(),
+    };
+    // The motions are orthonormal: lengths of their combinations are those of the displacements.
+    let mut wanted = motions.work(&own(away));
+    (among.sum)(&mut wanted);
+    let gram = free.iter().enumerate().map(|(a, of)| free[..=a].iter().map(|other| dot(of, other)).collect());
+    let gram = SmallCholesky::new(gram.collect())?;
+    let weights = gram.solve(&free.iter().map(|of| dot(of, &wanted)).collect::<Vec<f64>>());
+    let mut alpha = vec![0.0; wanted.len()];
+    weights.iter().zip(&free).for_each(|(weight, of)| axpy(*weight, of, &mut alpha));
+    let jump = motions.jumps(&problem.contact.B).times(&alpha);
+    let is_open = |j: usize| (among.point)(j) && !held.holds(problem, j);
+    let part = as_far_as_gaps_allow(problem, u, &jump, (&is_open, among));
+    alpha.iter_mut().for_each(|a| *a *= part);
+    let mut change = vec![0.0; u.len()];
+    motions.add(&alpha, &mut change);
+    let mut sizes = [max_abs(&change), max_abs(u)];
+    (among.max)(&mut sizes);
+    if sizes[0] <= NOTHING * sizes[1] {
+        return None;
+    }
+    let mut moved = u.to_vec();
+    axpy(1.0, &change, &mut moved);
+    take_out_rounding(motions, (&change, u), &mut moved, among);
+    Some(moved)
+}
+
 /// A body without strain that has come back from far keeps the rounding of where it was, which its certificate takes for forces: such
 /// a body moves rigidly.
-fn take_out_rounding(motions: &RigidMotions, change: &[f64], before: &[f64], u: &mut [f64]) {
+fn take_out_rounding(motions: &RigidMotions, (change, before): (&[f64], &[f64]), u: &mut [f64], among: &Among) {
     for body in &motions.bodies {
         let of = |values: &[f64]| body.unknowns.iter().map(|&i| values[i as usize]).collect::<Vec<f64>>();
-        if max_abs(&of(change)) == 0.0 {
+        let mut sizes = [max_abs(&of(change)), max_abs(&of(before))];
+        (among.max)(&mut sizes);
+        if sizes[0] == 0.0 {
             continue;
         }
         let mut strained = of(u);
         for motion in &body.motions {
-            let weight = dot(motion, &strained);
-            axpy(-weight, motion, &mut strained);
+            let own =
+                body.unknowns.iter().zip(motion).zip(&strained).filter(|((i, _), _)| (among.unknown)(**i as usize));
+            let mut weight = [own.map(|((_, motion), strained)| motion * strained).sum::<f64>()];
+            (among.sum)(&mut weight);
+            axpy(-weight[0], motion, &mut strained);
         }
-        if max_abs(&strained) <= STRAIN * max_abs(&of(before)) {
+        if among.largest(strained.iter().map(|strained| strained.abs())) <= STRAIN * sizes[1] {
             body.unknowns.iter().zip(&strained).for_each(|(&i, strained)| u[i as usize] -= strained);
         }
     }
 }
 
 /// The part of `jump` that closes no gap of an open point by more than rounding, at most one.
-fn as_far_as_gaps_allow(problem: &ContactProblem, u: &[f64], jump: &[f64], is_open: &dyn Fn(usize) -> bool) -> f64 {
+fn as_far_as_gaps_allow(
+    problem: &ContactProblem,
+    u: &[f64],
+    jump: &[f64],
+    (is_open, among): (&dyn Fn(usize) -> bool, &Among),
+) -> f64 {
     let now = problem.contact.B.times(u);
-    let rounding = ROUNDING * max_abs(jump);
+    let rounding = ROUNDING * among.largest([max_abs(jump)].into_iter());
     let wide = |j: usize| (problem.contact.gap[j] - now[j]).max(0.0);
     let closing = (0..problem.points()).filter(|&j| is_open(j) && jump[j] > wide(j) + rounding);
-    closing.map(|j| wide(j) / jump[j]).fold(1.0, f64::min)
+    let mut least = [-closing.map(|j| wide(j) / jump[j]).fold(1.0, f64::min)];
+    (among.max)(&mut least);
+    -least[0]
 }

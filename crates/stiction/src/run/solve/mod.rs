@@ -10,7 +10,7 @@ mod contact_terms;
 mod couplings;
 mod discretisation;
 pub(super) mod extrapolation;
-mod free_motions;
+pub(in crate::run) mod free_motions;
 mod levels;
 pub(crate) mod nested;
 pub(super) mod passing;

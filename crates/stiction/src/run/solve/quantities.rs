@@ -1,6 +1,7 @@
 //! Single quantities of an answer: energy, forces of supports and loads, the largest displacement, how a body escapes, how small
 //! its deformation is.
 
+mod adrift;
 mod couple;
 mod facets;
 mod micromotion;
@@ -9,6 +10,8 @@ mod unheld;
 
 pub use super::discretisation::nodal_stress_of;
 pub(crate) use super::discretisation::stress_at;
+pub use adrift::AdriftRecord;
+pub(crate) use adrift::{adrift_among, adrift_of};
 pub(crate) use couple::{Couple, Forces, couples, may_lie_apart};
 pub use facets::FacetedRecord;
 pub(crate) use facets::{between_normals, faceted, slides};

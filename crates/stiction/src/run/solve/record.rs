@@ -6,8 +6,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 
 use super::quantities::{
-    FacetedRecord, Micromotion, Smallness, energy, escape_of, faceted, largest_displacement, load, micromotions,
-    reaction, unheld,
+    AdriftRecord, FacetedRecord, Micromotion, Smallness, adrift_of, energy, escape_of, faceted, largest_displacement,
+    load, micromotions, reaction, unheld,
 };
 use super::solutions::{SolutionsRecord, UniquenessRecord};
 use super::totals::all_totals;
@@ -60,6 +60,9 @@ pub struct AnswerRecord {
     /// Bodies that nothing holds: their places say nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unheld: Vec<String>,
+    /// Motions that nothing resists: places along them say nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adrift: Option<AdriftRecord>,
     /// A motion that hardly more than the facets of curved surfaces resists.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_by_facets: Option<FacetedRecord>,
@@ -389,6 +392,7 @@ impl AnswerRecord {
             discretisation_error: outcome.estimate.as_ref().map(Estimate::relative),
             smallness: outcome.smallness.clone(),
             unheld: unheld(prepared, solution),
+            adrift: adrift_of(prepared, solution),
             held_by_facets: faceted(prepared, solution),
             energy: outcome.energy.unwrap_or_else(|| energy(prepared, &outcome.solution.u)),
             reaction: reaction(prepared, outcome).into_iter().fold([0.0; 3], crate::mesh::v3::add),

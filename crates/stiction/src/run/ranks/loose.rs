@@ -1,40 +1,90 @@
-//! Motions of bodies among several ranks that the facets of curved surfaces alone resist: what `run/solve/quantities/facets.rs` finds. Rank 0
-//! knows the normals of all surfaces, and how far obstacles of triangles are off.
+//! Motions of bodies among several ranks that nothing resists, or the facets of curved surfaces alone: what `adrift.rs` and `facets.rs` of
+//! `run/solve/quantities` find, and what `run/solve/free_motions.rs` does with the former. Rank 0 knows the normals of all surfaces, and how
+//! far obstacles of triangles are off.
 
 use std::collections::HashMap;
 
 use super::gather::answered_by_first;
 use super::local::Local;
 use super::outside::Outside;
-use super::solve::axes;
+use super::solve::{Everywhere, axes};
 use super::tighten::Found;
+use crate::certificate::certify_divided;
 use crate::contact::Counterpart;
+use crate::contact::adrift::Held;
+use crate::contact::among::Among;
 use crate::contact::equilibrium::in_words_among;
-use crate::contact::facets::{Among, held_among};
+use crate::contact::facets::held_among;
 use crate::contact::rigid::RigidMotions;
-use crate::fem::nodal_normals;
+use crate::fem::{full_displacement, nodal_normals};
 use crate::friction::{PointState, Status};
 use crate::mesh::v3::V3;
 use crate::ranks::{from_bytes, max, put, sum, take, to_bytes};
-use crate::run::solve::quantities::{FacetedRecord, between_normals, slides};
+use crate::run::solve::free_motions::moved_back;
+use crate::run::solve::quantities::{AdriftRecord, FacetedRecord, adrift_among, between_normals, slides};
 
 /// The motion of an answer, the same on every rank; none where nothing is solved.
 pub(super) fn faceted(local: &Local, motions: &RigidMotions, answer: &Found) -> Option<FacetedRecord> {
-    let (Local { problem, division, .. }, ranks) = (local, &*local.division.ranks);
+    let Local { problem, .. } = local;
     if motions.is_empty() || answer.solution.status != Status::Solved {
         return None;
     }
-    let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
     let is_slip = |j: usize| slides(problem.contact.friction[j], answer.everywhere.states[j] == PointState::Slip);
-    let among = Among {
+    let (lambda, angles) = (&answer.everywhere.lambda, angles(local));
+    among(local, |among| {
+        let found = held_among((problem, motions), (lambda, &is_slip, &angles), among)?;
+        Some(FacetedRecord::of(in_words_among(problem, motions, &found.alpha, among.max), &found))
+    })
+}
+
+/// The motions that nothing resists in an answer, the same on every rank; none where nothing is solved.
+pub(super) fn adrift_of(
+    local: &Local,
+    motions: &RigidMotions,
+    answer: &Found,
+    unheld: &[String],
+) -> Option<AdriftRecord> {
+    if answer.solution.status != Status::Solved {
+        return None;
+    }
+    let is_closed = |j: usize| answer.everywhere.states[j] != PointState::Open;
+    let held = Held { lambda: &answer.everywhere.lambda, is_closed: &is_closed };
+    among(local, |among| adrift_among((&local.problem, motions), (held, unheld), among))
+}
+
+/// Moves bodies along such motions as near to the displacements `before` of the unknowns here as gaps allow, as on one machine.
+pub(super) fn move_back(
+    local: &Local,
+    motions: &RigidMotions,
+    before: Option<&[f64]>,
+    tolerance: f64,
+    found: &mut Found,
+) {
+    let Found { solution, everywhere, .. } = found;
+    if !matches!(solution.status, Status::Solved | Status::Uncertified) {
+        return;
+    }
+    let Everywhere { free, lambda, states, .. } = &*everywhere;
+    let held = Held { lambda, is_closed: &|j| states[j] != PointState::Open };
+    let Local { problem, division, model, .. } = local;
+    let Some(u) = among(local, |among| moved_back((problem, motions), before, (free, held), among)) else { return };
+    let certificate = certify_divided(problem, division, &u, lambda, tolerance);
+    if certificate.passed || !solution.certificate.passed {
+        everywhere.u = full_displacement(model, &u).as_chunks().0.to_vec();
+        (solution.u, solution.certificate) = (u.clone(), certificate);
+        everywhere.free = u;
+    }
+}
+
+fn among<T>(local: &Local, find: impl FnOnce(&Among) -> T) -> T {
+    let Local { problem, division, .. } = local;
+    let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
+    find(&Among {
         point: &|j| division.is_own(division.points[j]),
         unknown: &|i| division.is_own(labels[i]),
-        sum: &|values| sum(ranks, values),
-        max: &|values| max(ranks, values),
-    };
-    let found = held_among((problem, motions), (&answer.everywhere.lambda, &is_slip, &angles(local)), &among)?;
-    let motion = in_words_among(problem, motions, &found.alpha, &|values| max(ranks, values));
-    Some(FacetedRecord::of(motion, &found))
+        sum: &|values| sum(&*division.ranks, values),
+        max: &|values| max(&*division.ranks, values),
+    })
 }
 
 /// By how much the normals of both surfaces differ at the points of this rank, radians; zero at others.
