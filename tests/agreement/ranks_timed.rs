@@ -266,8 +266,9 @@ fn a_body_whose_load_is_taken_off_is_at_rest_on_ranks() {
         let (u, summary) = on_ranks(&case_of(text, "1e-9"), size);
         assert!(summary.status == Status::Solved && summary.certificate.passed && !summary.found_by_first);
         assert!((summary.steps[0].contact.normal_force - 4.0).abs() < 1e-7 && summary.contact.normal_force == 0.0);
-        // It lies on the plane, where it was.
-        let is_there = |u: &[f64; 3]| u[0].abs() < 1e-9 && u[1].abs() < 1e-9 && (u[2] + 0.001).abs() < 1e-9;
+        // It lies on the plane, as near to where the pressed nodes were as one that is not strained.
+        let is_there = |u: &[f64; 3]| u[0].abs() < 1e-5 && u[1].abs() < 1e-5 && (u[2] + 0.001).abs() < 1e-5;
         assert!(u.iter().all(is_there), "{size} ranks");
+        assert!(summary.counts.iterations < 150, "{} cycles", summary.counts.iterations);
     }
 }

@@ -182,7 +182,7 @@ impl Equations {
         let held: Held = closed.iter().map(|constraint| constraint.constrained).collect();
         let fields = Fields::new(&rows, transformed, &held, hierarchy);
         hierarchy.forget_coarse_constraints();
-        let dependent = || refused("equations over many nodes depend on one another, or on the supports");
+        let dependent = || refused("equations over many nodes depend on one another, on supports or on closed contact");
         let fields = fields.ok_or_else(dependent)?;
         let all: Vec<Vector> = rows.iter().map(|row| dense(row, transformed.f.len())).collect();
         let gram = products(halo, count, |i, j| product(&rows[j], &all[i]));

@@ -9,6 +9,7 @@ use super::keep::Finished;
 use super::local::{Local, changes};
 use super::outside::moved;
 use super::record::RankedStep;
+use super::scope;
 use super::solve::{Everywhere, everywhere};
 use super::steps::{put_state, slid};
 use super::timed::{changes_laws, lose_strength, note_where_it_stands};
@@ -160,7 +161,8 @@ impl Solver<'_, '_> {
                 let sought = bolts::sought(self.local, search.sought(), &search.shortening);
                 let settings = self.starting(from.as_deref(), &search.shortening);
                 let set_up = self.multigrid.set_up(&self.own);
-                let found = set_up.tighten(&self.own, &sought, &settings, self.observer)?;
+                let found = set_up.tighten(&self.own, &sought, &settings, self.observer);
+                let found = found.map_err(|_| dependent(self.case))?;
                 cycles += found.counts.cycles;
                 if found.solved {
                     tries_together = 0;
@@ -236,11 +238,26 @@ impl Solver<'_, '_> {
         friction::Settings { start_displacement: given, ..self.settings.clone() }
     }
 
-    /// The answer where nothing acts, unless `found` holds by forces that friction locks.
-    fn at_rest(&self, found: &Solution) -> Option<Solution> {
-        let Local { problem, division, .. } = &*self.local;
+    /// Whether friction may hold a floating body without any load, as it does a wedge: where something has slid.
+    fn may_be_locked(&self) -> bool {
+        let has_slid = self.local.problem.contact.slip_reference.iter().any(|&slid| slid != 0.0);
+        let mut ranks = [f64::from(u8::from(has_slid))];
+        max(&*self.local.division.ranks, &mut ranks);
+        ranks[0] > 0.0 && !self.multigrid.motions().is_empty()
+    }
+
+    /// Whether an answer holds by forces that friction locks, where nothing acts.
+    fn is_locked(&self, found: &Solution) -> bool {
         let is_locked = found.status == Status::Solved && found.lambda.iter().any(|&force| force != 0.0);
-        let mut others = [f64::from(u8::from(is_locked || !Solution::may_rest(problem)))];
+        let mut ranks = [f64::from(u8::from(is_locked))];
+        max(&*self.local.division.ranks, &mut ranks);
+        ranks[0] > 0.0
+    }
+
+    /// The answer where nothing acts.
+    fn at_rest(&self) -> Option<Solution> {
+        let Local { problem, division, .. } = &*self.local;
+        let mut others = [f64::from(u8::from(!Solution::may_rest(problem)))];
         max(&*division.ranks, &mut others);
         let no_forces = vec![0.0; 3 * problem.points()];
         let certificate =
@@ -254,12 +271,23 @@ impl Solver<'_, '_> {
     /// # Errors
     /// If equations over many nodes depend on one another, at every rank.
     pub(super) fn attempt(&mut self, from: Option<&[f64]>, shortening: &[f64]) -> Result<Solution, Error> {
-        let settings = self.starting(from, shortening);
+        let at_rest = self.at_rest();
+        if !self.may_be_locked()
+            && let Some(at_rest) = at_rest
+        {
+            return Ok(at_rest);
+        }
+        let mut settings = self.starting(from, shortening);
+        if at_rest.is_some() {
+            settings.max_iterations = settings.max_iterations.min(LOCKED);
+        }
         let first = self.solved(&settings)?;
         if first.status == Status::Interrupted {
             return Ok(first);
         }
-        if let Some(at_rest) = self.at_rest(&first) {
+        if !self.is_locked(&first)
+            && let Some(at_rest) = at_rest
+        {
             return Ok(Solution { counts: first.counts, history: first.history, ..at_rest });
         }
         if from.is_none() || !matches!(first.status, Status::MaxIterations | Status::Stalled) {
@@ -272,6 +300,20 @@ impl Solver<'_, '_> {
     }
 
     fn solved(&mut self, settings: &friction::Settings) -> Result<Solution, Error> {
-        self.multigrid.set_up(&self.own).solution(&self.own, settings, self.observer)
+        let found = self.multigrid.set_up(&self.own).solution(&self.own, settings, self.observer);
+        found.map_err(|_| dependent(self.case))
     }
+}
+
+/// Cycles in which forces that friction locks are found where nothing acts, if there are any: from the answer before they take those of
+/// any step. Where there are none the iteration has nothing to measure its residual by.
+const LOCKED: usize = 100;
+
+/// Where multigrid has no field for an equation over many nodes.
+fn dependent(case: &Case) -> Error {
+    let of_couplings = case.couplings.iter().map(|coupling| &coupling.spot);
+    let spot = case.equations.iter().map(|equation| &equation.spot).chain(of_couplings).next();
+    let what =
+        "equations over many nodes, or mean motions, that depend on one another, on supports or on closed contact";
+    scope::refused(spot.unwrap_or(&case.mesh.spot), what)
 }
