@@ -33,7 +33,12 @@ fn what_ranks_cannot_do_is_refused_by_name_at_its_place() {
             "[accuracy] with a support or a coupling that begins or ends",
         ),
         // Their nodes are those of the floor, too.
-        (floor("[[equation]]\nterms = [{ on = \"z-min\", along = \"z\" }]\n"), "equation"),
+        (
+            floor(
+                "[[load]]\non = \"z-max\"\npressure = 1e5\n[[equation]]\nterms = [{ on = \"z-min\", along = \"z\" }]\n",
+            ),
+            "equation",
+        ),
         (
             floor("[solver]\npath = \"dense\"\n[accuracy]\nenergy = \"10%\"\n"),
             "[accuracy] with another path than multigrid",
