@@ -126,9 +126,7 @@ impl Multigrid {
         slices.iter().zip(way).for_each(|(slice, &way)| axpy(way, slice, &mut u));
         (u, ways(way, &resultant[motions.len()..]))
     }
-}
 
-impl Multigrid {
     /// Of the foundation at the points of this rank, force per length.
     fn stiffness(&self, problem: &ContactProblem, part: Option<&Part>) -> Vec<f64> {
         let of = |problem: &ContactProblem| point_laws(problem, &self.transformed).into_iter().map(|law| law.parameter);
