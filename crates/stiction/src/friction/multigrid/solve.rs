@@ -334,8 +334,8 @@ pub(super) fn floats(transformed: &Transformed, equations: Option<&Equations>) -
 /// The equilibrium of floating bodies that equations move as rigid ones: fields would strain them.
 fn start_of_equations(of: &OfWhole, multigrid: &Multigrid) -> Option<Vec<f64>> {
     let moves = multigrid.transformed.floats() && of.equations.is_some_and(Equations::move_something);
-    let (whole, rest) = (of.whole, vec![0.0; of.whole.unknowns()]);
-    moves.then(|| multigrid.rigid_equilibrium((whole, Some(of.part)), &[], &[], rest).0)
+    let at_rest = || vec![0.0; of.whole.unknowns()];
+    moves.then(|| multigrid.rigid_equilibrium((of.whole, Some(of.part)), &[], &[], at_rest()).0)
 }
 
 /// Where the iteration begins: at the displacements given, or else where its start looks for them.
