@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use super::gather::answered_by_first;
 use super::local::Local;
 use super::outside::Outside;
-use super::solve::{Everywhere, axes};
+use super::solve::{Everywhere, axes, entries};
 use super::tighten::Found;
 use crate::certificate::certify_divided;
 use crate::contact::Counterpart;
@@ -113,13 +113,8 @@ fn angles(local: &Local) -> Vec<f64> {
 
 /// The nodes that a point touches, by their numbers in the whole mesh, with how they count.
 fn others(local: &Local, j: usize) -> Vec<(u64, f64)> {
-    let (problem, dofs) = (&local.problem, &local.model.dofs);
-    let (columns, values) = problem.contact.B.row(j);
-    let free = columns.iter().zip(values).map(|(&k, v)| (dofs.free[k as usize], *v));
-    let held = problem.labels.supports.as_ref().map_or((&[][..], &[][..]), |supports| supports.B.row(j));
-    let held = held.0.iter().zip(held.1).map(|(&k, v)| (dofs.prescribed[k as usize], *v));
-    let node = |dof: u32| dofs.mesh_node(dof / 3);
-    let others = free.chain(held).filter(|(dof, _)| node(*dof) != local.node_of(j));
+    let node = |dof: u32| local.model.dofs.mesh_node(dof / 3);
+    let others = entries(local, j).filter(|(dof, _)| node(*dof) != local.node_of(j));
     others.map(|(dof, value)| (local.piece.nodes[node(dof) as usize], value.abs())).collect()
 }
 

@@ -479,17 +479,22 @@ pub(super) fn everywhere(local: &Local, multigrid: &Multigrid, solution: &Soluti
     Everywhere { free, u, lambda, states }
 }
 
+/// The entries of a row of `B` here by degrees of freedom, free ones and prescribed ones.
+pub(super) fn entries(local: &Local, row: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
+    let (problem, dofs) = (&local.problem, &local.model.dofs);
+    let (columns, values) = problem.contact.B.row(row);
+    let free = columns.iter().zip(values).map(|(&k, v)| (dofs.free[k as usize], *v));
+    let (columns, values) = problem.labels.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(row));
+    free.chain(columns.iter().zip(values).map(|(&k, v)| (dofs.prescribed[k as usize], *v)))
+}
+
 /// The node of a point and its rows there, along x, y, z: normal, tangents.
 pub(super) fn axes(local: &Local, j: usize) -> (u32, [V3; 3]) {
     let (problem, dofs) = (&local.problem, &local.model.dofs);
     let node = local.division.points[j];
     let mut axes = [[0.0; 3]; 3];
     for (axis, i) in axes.iter_mut().zip(problem.rows(j)) {
-        let (columns, values) = problem.contact.B.row(i);
-        let free = columns.iter().zip(values).map(|(&k, v)| (dofs.free[k as usize], *v));
-        let held = problem.labels.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(i));
-        let held = held.0.iter().zip(held.1).map(|(&k, v)| (dofs.prescribed[k as usize], *v));
-        for (dof, value) in free.chain(held).filter(|(dof, _)| dof / 3 == node) {
+        for (dof, value) in entries(local, i).filter(|(dof, _)| dof / 3 == node) {
             *axis = add(*axis, scale(value, dofs.direction(dof)));
         }
     }

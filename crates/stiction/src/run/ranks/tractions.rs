@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use super::gather::answered_by_first;
 use super::local::Local;
-use super::solve::axes;
+use super::solve::{axes, entries};
 use crate::certificate::ghost_values;
 use crate::mesh::v3::{V3, add, dot, scale};
 use crate::ranks::{put, take};
@@ -75,13 +75,9 @@ fn shared(local: &Local, j: usize) -> Vec<(u64, f64)> {
     let weight = |dof: u32, value: f64| -> f64 {
         -problem.labels.area[j] * value * dot(dofs.direction(dof), axis) / dot(axis, axis)
     };
-    let (columns, values) = problem.contact.B.row(i);
-    let free = columns.iter().zip(values).map(|(&k, v)| (dofs.free[k as usize], *v));
-    let held = problem.labels.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(i));
-    let held = held.0.iter().zip(held.1).map(|(&k, v)| (dofs.prescribed[k as usize], *v));
     let number = |node: u32| local.piece.nodes[node as usize];
     let mut shared: Vec<(u64, f64)> = Vec::new();
-    for (dof, value) in free.chain(held).filter(|(dof, _)| dof / 3 != own) {
+    for (dof, value) in entries(local, i).filter(|(dof, _)| dof / 3 != own) {
         let Ok(at) = master.binary_search_by_key(&(dof / 3), |area| area.node) else { continue };
         let part = weight(dof, value);
         shared.push((number(dof / 3), part * master[at].unity_sum()));
