@@ -10,7 +10,7 @@ use stiction::friction::SolverPath;
 use stiction::io::case::{self, Case};
 use stiction::mesh::{Cuts, WeightedNode};
 use stiction::ranks::{Alone, Counted, Ranks, threads};
-use stiction::run::{Keep, Outcome, Prepared, RankedSummary, solve_on_ranks, solve_steps_on_ranks, totals};
+use stiction::run::{Keep, Outcome, Prepared, Summary, solve_on_ranks, solve_steps_on_ranks, totals};
 use stiction::{Error, Status};
 use stiction_fixtures::case_run::{displacement, solved_case};
 use stiction_fixtures::random_case;
@@ -49,24 +49,24 @@ pub(super) fn case_of(text: &str, tolerance: &str) -> Case {
 }
 
 /// The answer of all ranks: displacements by the nodes of the whole mesh.
-pub(super) fn on_ranks(case: &Case, size: usize) -> (Vec<[f64; 3]>, RankedSummary) {
+pub(super) fn on_ranks(case: &Case, size: usize) -> (Vec<[f64; 3]>, Summary) {
     each_with_its_own(&|_| case.clone(), size)
 }
 
 /// The same where each rank reads the case.
-pub(super) fn each_with_its_own(
-    read: &(dyn Fn(&dyn Ranks) -> Case + Sync),
-    size: usize,
-) -> (Vec<[f64; 3]>, RankedSummary) {
+pub(super) fn each_with_its_own(read: &(dyn Fn(&dyn Ranks) -> Case + Sync), size: usize) -> (Vec<[f64; 3]>, Summary) {
     let parts = threads(size, |ranks| {
         let answer = solve_on_ranks(&read(&*ranks), &ranks, &mut |_| ControlFlow::Continue(())).unwrap();
         (answer.displacements(), answer.summary)
     });
-    let nodes = parts[0].1.nodes as usize;
+    let nodes = parts[0].1.ranks.as_ref().unwrap().nodes as usize;
     let mut u = vec![[f64::NAN; 3]; nodes];
     for (part, summary) in &parts {
         // Threads share the memory of their process, which is asked at another moment by each.
-        assert!(summary.certificate == parts[0].1.certificate && summary.contact == parts[0].1.contact);
+        assert!(
+            summary.answer.certificate == parts[0].1.answer.certificate
+                && summary.answer.contact == parts[0].1.answer.contact
+        );
         part.iter().for_each(|(node, d)| u[*node as usize] = *d);
     }
     let summary = parts.into_iter().next().unwrap().1;
@@ -105,21 +105,24 @@ pub(super) fn agrees_case(case: &Case, sizes: &[usize]) {
 }
 
 /// Compares the answers of so many ranks with that of one machine.
-pub(super) fn are_as_on_one(case: &Case, sizes: &[usize], ranked: &dyn Fn(usize) -> (Vec<[f64; 3]>, RankedSummary)) {
+pub(super) fn are_as_on_one(case: &Case, sizes: &[usize], ranked: &dyn Fn(usize) -> (Vec<[f64; 3]>, Summary)) {
     let serial: (Outcome, Prepared) = solved_case(case);
     let expected = displacement(&serial);
     let largest = expected.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
     let resultants = totals(&serial.1, &serial.0);
     for &size in sizes {
         let (u, summary) = ranked(size);
-        assert_eq!(summary.status, Status::Solved, "{size} ranks");
-        assert!(summary.certificate.passed && summary.ranks.len() == size);
-        assert_eq!((summary.dofs, summary.dual_dofs), (serial.1.problem.unknowns(), 3 * serial.1.problem.points()));
+        assert_eq!(summary.answer.status, Status::Solved, "{size} ranks");
+        assert!(summary.answer.certificate.passed && summary.ranks.as_ref().unwrap().ranks.len() == size);
+        assert_eq!(
+            (summary.answer.dofs, summary.answer.dual_dofs),
+            (serial.1.problem.unknowns(), 3 * serial.1.problem.points())
+        );
         let differences = u.iter().flatten().zip(expected.iter().flatten()).map(|(a, b)| (a - b).abs());
         // `f64::max` would leave out what is not a number.
         let worst = differences.fold(0.0, |most: f64, d| if d <= most { most } else { d });
         assert!(worst <= 1e-8 * largest, "{size} ranks: {:e}", worst / largest);
-        let found = &summary.contact;
+        let found = &summary.answer.contact;
         assert!(close(found.normal_force, resultants.normal_force, 1e-9), "{size} ranks: {found:?} {resultants:?}");
         let friction = found.tangential_force.iter().zip(resultants.tangential_force);
         assert!(friction.clone().all(|(a, b)| (a - b).abs() <= 1e-9 * resultants.normal_force.abs()), "{size} ranks");
@@ -194,7 +197,10 @@ fn meshes_with_few_nodes_for_each_rank_are_the_same_on_ranks() {
 fn what_ranks_together_do_not_solve_rank_0_solves_alone_and_all_judge_it() {
     let case = case::parse(&random_case::text(803), "case.toml", &[]).unwrap();
     let (u, summary) = on_ranks(&case, 4);
-    assert!(summary.found_by_first && summary.status == Status::Solved && summary.certificate.passed, "{summary}");
+    assert!(
+        summary.found_by_first() && summary.answer.status == Status::Solved && summary.answer.certificate.passed,
+        "{summary}"
+    );
     assert!(summary.to_string().contains("by rank 0 alone"), "{summary}");
     assert_eq!(u, displacement(&solved_case(&case)));
 }
@@ -208,7 +214,7 @@ fn a_block_on_a_slope_leaves_on_ranks_as_on_one_machine() {
              [[load]]\non = \"z-max\"\npressure = 5\n[[contact]]\non = \"z-min\"\n\
              against = {{ plane = {{ point = [0, 0, 0], normal = [0.2, 0, 1] }} }}\nfriction = {{ coulomb = {coefficient} }}\n"
         );
-        on_ranks(&case::parse(&text, "case.toml", &[]).unwrap(), 3).1.status
+        on_ranks(&case::parse(&text, "case.toml", &[]).unwrap(), 3).1.answer.status
     };
     assert_eq!((status(0.19), status(0.21)), (Status::NoEquilibrium, Status::Solved));
 }
@@ -223,9 +229,9 @@ fn load_steps_end_on_ranks_where_loads_have_no_equilibrium_any_more() {
                 friction = { coulomb = 0.3 }\n[[step]]\nuntil = 1\n";
     let summary = on_ranks(&case::parse(text, "case.toml", &[]).unwrap(), 3).1;
     let [.., before, last] = &summary.steps[..] else { panic!("{summary}") };
-    assert_eq!((before.status, last.status), (Status::Solved, Status::NoEquilibrium));
+    assert_eq!((before.answer.status, last.answer.status), (Status::Solved, Status::NoEquilibrium));
     assert!(before.t < 6.0 / 7.0 && 6.0 / 7.0 < last.t && last.t - before.t < 0.016, "{} {}", before.t, last.t);
-    assert!(last.iterations == 0 && summary.to_string().contains("there is no equilibrium"), "{summary}");
+    assert!(last.answer.counts.cycles == 0 && summary.to_string().contains("there is no equilibrium"), "{summary}");
 }
 
 /// The bar of the design: at most two cycles or 15 % more, whatever the ranks.
@@ -236,7 +242,7 @@ fn ranks_take_hardly_more_cycles_than_one() {
         let case = case_of(&text, "1e-8");
         let serial = serial_cycles(&case);
         for size in [1, 2, 4, 8, 16] {
-            let cycles = on_ranks(&case, size).1.counts.iterations;
+            let cycles = on_ranks(&case, size).1.answer.counts.cycles;
             let most = (serial + 2).max(serial * 115 / 100);
             assert!(cycles <= most, "{element}: {cycles} cycles on {size} ranks, {serial} on one");
             assert!(size > 1 || cycles == serial, "{cycles} {serial}");
@@ -259,7 +265,7 @@ fn a_cycle_takes_two_sums_over_all_ranks() {
                 ControlFlow::Continue(())
             };
             let answer = solve_on_ranks(&case, &ranks, &mut watch).unwrap();
-            (sums, answer.summary.counts.iterations)
+            (sums, answer.summary.answer.counts.cycles)
         });
         for (sums, cycles) in counts {
             let of_cycles: Vec<u64> = sums.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -274,8 +280,8 @@ fn a_cycle_takes_two_sums_over_all_ranks() {
 fn a_level_that_few_of_many_ranks_have_is_visited_once() {
     let text = brick("element = \"hex8\"", "{ coulomb = 0.35 }").replace("[48, 16, 16]", "[72, 24, 24]");
     let summary = on_ranks(&case_of(&text, "1e-8"), 32).1;
-    let sent = summary.ranks.iter().map(|rank| rank.exchanges_per_cycle).fold(0.0, f64::max);
-    let cycles = summary.counts.iterations;
+    let sent = summary.ranks.as_ref().unwrap().ranks.iter().map(|rank| rank.exchanges_per_cycle).fold(0.0, f64::max);
+    let cycles = summary.answer.counts.cycles;
     assert!(cycles <= 16 && sent <= 13.0, "{cycles} cycles, {sent} exchanges each");
 }
 

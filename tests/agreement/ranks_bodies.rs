@@ -77,7 +77,7 @@ fn two_bodies_take_hardly_more_cycles_on_ranks() {
         ] {
             let case = case_of(&text, "1e-8");
             let serial = serial_cycles(&case);
-            let found = [1, 2, 3, 4, 8].map(|size| on_ranks(&case, size).1.counts.iterations);
+            let found = [1, 2, 3, 4, 8].map(|size| on_ranks(&case, size).1.answer.counts.cycles);
             println!("{serial} {found:?}");
             let most = (serial + 2).max(serial * 5 / 4);
             if found[0] != serial || found.iter().any(|&cycles| cycles > most) {
@@ -144,13 +144,16 @@ fn load_steps_remember_slip_on_ranks() {
         let expected: Vec<(f64, f64)> = outcome.steps.iter().map(|s| (s.t, s.answer.contact.normal_force)).collect();
         assert!(expected.len() == 4 && summary.steps.len() == 4, "{expected:?}");
         for (step, (t, force)) in summary.steps.iter().zip(expected) {
-            assert!(step.t == t && (step.contact.normal_force - force).abs() <= 1e-9 * force, "{step:?} {force}");
+            assert!(
+                step.t == t && (step.answer.contact.normal_force - force).abs() <= 1e-9 * force,
+                "{step:?} {force}"
+            );
         }
-        assert!(summary.steps[2].contact.slip > 0 && summary.contact.stick > 0, "{summary:?}");
+        assert!(summary.steps[2].answer.contact.slip > 0 && summary.answer.contact.stick > 0, "{summary:?}");
         // Without its history the last state is another one.
         let at_once = text.replace("until = 1\n[[step]]\nname = \"push\"\n", "").replace("increments = 3", "");
-        let other = on_ranks(&case_of(&at_once, "1e-10"), 2).1.contact.tangential_force[0];
-        let own = summary.contact.tangential_force[0];
+        let other = on_ranks(&case_of(&at_once, "1e-10"), 2).1.answer.contact.tangential_force[0];
+        let own = summary.answer.contact.tangential_force[0];
         assert!((other - own).abs() > 1e-3 * own.abs(), "{own} {other}");
     }
 }

@@ -25,11 +25,11 @@ pub(super) fn bolts_agree(case: &Case, sizes: &[usize], accuracy: f64) {
         let (_, summary) = on_ranks(case, size);
         assert_eq!(summary.steps.len(), expected.len());
         for (step, [force, shortening]) in summary.steps.iter().zip(&expected) {
-            let found = &step.bolts[0];
+            let found = &step.answer.bolts[0];
             assert!((found.force - force).abs() <= accuracy * expected[0][0], "{size} ranks: {found:?} {force}");
             assert!((found.shortening - shortening).abs() <= accuracy * shortening.abs(), "{found:?} {shortening}");
         }
-        assert_eq!(summary.bolts, summary.steps.last().unwrap().bolts);
+        assert_eq!(summary.answer.bolts, summary.steps.last().unwrap().answer.bolts);
     }
 }
 
@@ -76,18 +76,18 @@ fn what_a_bolt_cannot_hold_has_no_equilibrium_on_ranks() {
     for size in [1, 2, 3] {
         for force in [4.0, 0.0] {
             let (_, summary) = on_ranks(&column(10.0, force, true), size);
-            let pressed = summary.contact.normal_force;
-            assert_eq!(summary.status, Status::Solved, "{size} ranks, {force}");
+            let pressed = summary.answer.contact.normal_force;
+            assert_eq!(summary.answer.status, Status::Solved, "{size} ranks, {force}");
             assert!((pressed - 10.0 + force).abs() < 1e-5, "{size} ranks, {force}: {pressed}");
-            assert!((summary.bolts[0].force - force).abs() < 1e-5, "{size} ranks: {:?}", summary.bolts);
+            assert!((summary.answer.bolts[0].force - force).abs() < 1e-5, "{size} ranks: {:?}", summary.answer.bolts);
         }
         for (load, force, has_ceiling, how) in
             [(10.0, 20.0, true, "they come together"), (10.0, 4.0, false, "they part")]
         {
             let (_, summary) = on_ranks(&column(load, force, has_ceiling), size);
             let told = summary.to_string();
-            assert!(summary.status == Status::NoEquilibrium && told.contains(how), "{size} ranks: {told}");
-            assert_eq!(summary.bolts[0].shortening, 0.0);
+            assert!(summary.answer.status == Status::NoEquilibrium && told.contains(how), "{size} ranks: {told}");
+            assert_eq!(summary.answer.bolts[0].shortening, 0.0);
         }
     }
 }

@@ -4,7 +4,7 @@ use stiction::run::{CouplingState, coupling_states, prepare};
 use stiction_fixtures::case_run::solved_case;
 
 use super::ranks::{agrees_case, case_of, on_ranks, refusal, serial_cycles};
-use super::ranks_files::{folder, killed_when, passes, solved};
+use super::ranks_files::{folder, killed_when, passes, solved, without_costs};
 
 const STEEL: &str = "[materials.steel]\nyoung = 2e11\npoisson = 0.3\n";
 const FLOOR: &str = "[[contact]]\non = \"z-min\"\nagainst = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\n";
@@ -48,13 +48,13 @@ fn agrees(text: &str, sizes: &[usize]) {
     let serial = if case.steps.is_empty() { serial_cycles(&rough) } else { 0 };
     for &size in sizes {
         let summary = on_ranks(&case, size).1;
-        assert!(!summary.found_by_first);
-        states_agree(&summary.couplings, &expected, 1e-7);
+        assert!(!summary.found_by_first());
+        states_agree(&summary.answer.couplings, &expected, 1e-7);
         for (step, expected) in summary.steps.iter().zip(&outcome.steps) {
-            states_agree(&step.couplings, &expected.answer.couplings, 1e-6);
+            states_agree(&step.answer.couplings, &expected.answer.couplings, 1e-6);
         }
         if case.steps.is_empty() {
-            let cycles = on_ranks(&rough, size).1.counts.iterations;
+            let cycles = on_ranks(&rough, size).1.answer.counts.cycles;
             // On so few nodes most of them are beside those that the coupling joins, which are those of one rank.
             assert!(cycles as f64 <= 1.5 * serial as f64, "{cycles} cycles on {size} ranks, {serial} on one");
             assert!(size > 1 || cycles == serial, "{cycles} {serial}");
@@ -116,13 +116,13 @@ fn a_block_that_hangs_on_one_equation_stays_where_it_was() {
     for size in [1, 2, 3] {
         let steps = on_ranks(&case, size).1.steps;
         for (step, expected) in steps.iter().zip(&outcome.steps) {
-            for (a, b) in step.couplings.iter().zip(&expected.answer.couplings) {
+            for (a, b) in step.answer.couplings.iter().zip(&expected.answer.couplings) {
                 let [a, b] = [a, b].map(|state| [state.displacement, state.rotation].concat());
                 assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= 1e-12), "{size} ranks: {a:?} {b:?}");
             }
         }
-        assert!(steps[1].contact.normal_force == 0.0 && steps[2].contact.normal_force > 1.0);
-        let motions: Vec<_> = steps.iter().map(|step| step.adrift.as_ref().map(|it| it.motions)).collect();
+        assert!(steps[1].answer.contact.normal_force == 0.0 && steps[2].answer.contact.normal_force > 1.0);
+        let motions: Vec<_> = steps.iter().map(|step| step.answer.adrift.as_ref().map(|it| it.motions)).collect();
         assert_eq!(motions, [None, Some(5), None], "{size} ranks");
     }
 }
@@ -283,9 +283,9 @@ fn couplings_in_load_steps_go_on_on_other_ranks() {
         passes(&part);
         assert_eq!(found.steps.len(), expected.steps.len());
         for (a, b) in found.steps.iter().zip(&expected.steps) {
-            states_agree(&a.couplings, &b.couplings, 1e-7);
-            assert!(size != 3 || a == b);
+            states_agree(&a.answer.couplings, &b.answer.couplings, 1e-7);
         }
+        assert!(size != 3 || without_costs(&found.steps) == without_costs(&expected.steps));
     }
 }
 
@@ -297,7 +297,7 @@ fn ranks_take_hardly_more_cycles_with_a_coupling() {
         let case = case_of(&block([24, 18, 12], element, "0.4", coupling), "1e-8");
         let serial = serial_cycles(&case);
         for size in [1, 2, 4, 8] {
-            let cycles = on_ranks(&case, size).1.counts.iterations;
+            let cycles = on_ranks(&case, size).1.answer.counts.cycles;
             let most = (serial + 2).max(serial * 115 / 100);
             assert!(cycles <= most, "{element}: {cycles} cycles on {size} ranks, {serial} on one");
             assert!(size > 1 || cycles == serial, "{cycles} {serial}");

@@ -22,7 +22,7 @@ fn overrides() -> Vec<(String, String)> {
 fn agrees(name: &str, sizes: &[usize]) {
     let (path, set) = (path(name), overrides());
     let read = |ranks: &dyn stiction::ranks::Ranks| {
-        let case = case_of_deck(&path, &[], &set, ranks).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let (case, _) = case_of_deck(&path, &[], &set, ranks).unwrap_or_else(|error| panic!("{name}: {error}"));
         let MeshSource::Given(given) = &case.mesh.source else { panic!("{name}") };
         assert_eq!(given.0.nodes.is_empty(), ranks.rank() != 0);
         case
@@ -52,7 +52,7 @@ fn what_is_wrong_with_a_deck_is_told_by_all_ranks() {
     // At its line of the deck, which ranks without the mesh know as well.
     refusal(&path("tied.inp"), &[("materials.none.young".into(), "1".into())], "materials.none.young");
     let errors = threads(2, |ranks| {
-        let case = case_of_deck(&path("sector.inp"), &[], &[], &*ranks).unwrap();
+        let (case, _) = case_of_deck(&path("sector.inp"), &[], &[], &*ranks).unwrap();
         solve_on_ranks(&case, &ranks, &mut |_| ControlFlow::Continue(())).map(|_| ()).unwrap_err()
     });
     assert!(errors[0] == errors[1] && errors[0].place == "sector.inp, line 54", "{errors:?}");

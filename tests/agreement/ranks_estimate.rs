@@ -37,7 +37,7 @@ fn several_ranks_estimate_the_error_of_one_machine() {
         let expected = discretisation_error(&prepared, &outcome.solution.u).relative();
         for (size, apart) in [(1, 1e-8), (3, 5e-3)] {
             let (_, summary) = on_ranks(&case, size);
-            let found = summary.discretisation_error.unwrap();
+            let found = summary.answer.discretisation_error.unwrap();
             assert!(
                 expected > 0.01 && (found - expected).abs() <= apart * expected,
                 "{name}: {found} {expected} on {size}"

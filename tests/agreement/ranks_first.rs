@@ -24,8 +24,8 @@ fn ranks_write_all_solutions_that_rank_0_finds() {
     let case = shipped("several", &[]);
     let folder = folder("several");
     let summary = solved(&case, 3, &folder, false);
-    assert!(summary.found_by_first && summary.certificate.passed);
-    let found = summary.solutions.as_ref().expect("further solutions were asked for");
+    assert!(summary.found_by_first() && summary.answer.certificate.passed);
+    let found = summary.answer.solutions.as_ref().expect("further solutions were asked for");
     let mut forces: Vec<f64> = found.distinct.iter().map(|solution| solution.normal_force).collect();
     forces.sort_by(f64::total_cmp);
     let [open, slip, stick] = forces[..] else { panic!("{forces:?}") };
@@ -60,13 +60,13 @@ fn a_path_of_one_machine_is_that_of_rank_0() {
     let case = shipped("brick", &[("solver.path", "\"dense\""), ("mesh.block.cells", "[6, 2, 2]")]);
     let folder = folder("dense");
     let summary = solved(&case, 2, &folder, false);
-    assert!(summary.found_by_first && summary.certificate.passed && summary.solutions.is_none());
+    assert!(summary.found_by_first() && summary.answer.certificate.passed && summary.answer.solutions.is_none());
     passes(&folder);
     let multigrid = shipped("brick", &[("mesh.block.cells", "[6, 2, 2]"), ("solver.tolerance", "1e-10")]);
     let together =
         threads(2, |ranks| solve_on_ranks(&multigrid, &ranks, &mut |_| ControlFlow::Continue(())).unwrap().summary);
-    assert!(!together[0].found_by_first);
-    let force = |summary: &stiction::run::RankedSummary| summary.contact.normal_force;
+    assert!(!together[0].found_by_first());
+    let force = |summary: &stiction::run::Summary| summary.answer.contact.normal_force;
     assert!((force(&summary) / force(&together[0]) - 1.0).abs() < 1e-7);
 }
 

@@ -32,8 +32,8 @@ fn stiff_interfaces_are_the_same_on_ranks() {
     let plane = "{ plane = { point = [0, 0, 0], normal = [0, 0, 1] } }";
     agrees(&stiff(floating(TET4, plane, "{ coulomb = 0.4 }", 0.0, true)), &[4]);
     let case = case_of(&stiff(blocks(HEX8, false, "{ coulomb = 0.35 }")), "1e-10");
-    let [alone, others @ ..] = [1, 2, 4].map(|size| on_ranks(&case, size).1.counts.iterations);
-    let hard = on_ranks(&case_of(&blocks(HEX8, false, "{ coulomb = 0.35 }"), "1e-10"), 1).1.counts.iterations;
+    let [alone, others @ ..] = [1, 2, 4].map(|size| on_ranks(&case, size).1.answer.counts.cycles);
+    let hard = on_ranks(&case_of(&blocks(HEX8, false, "{ coulomb = 0.35 }"), "1e-10"), 1).1.answer.counts.cycles;
     assert!(2 * alone <= 3 * hard && others.iter().all(|&cycles| 2 * cycles <= 3 * hard), "{hard} {alone} {others:?}");
 }
 
@@ -41,7 +41,7 @@ fn stiff_interfaces_are_the_same_on_ranks() {
 fn interfaces_that_yield_take_the_cycles_of_one_rank() {
     for element in [TET4, HEX8] {
         let case = case_of(&yielding(&blocks(element, false, "{ coulomb = 0.35 }")), "1e-10");
-        let [alone, others @ ..] = [1, 2, 3, 4].map(|size| on_ranks(&case, size).1.counts.iterations);
+        let [alone, others @ ..] = [1, 2, 3, 4].map(|size| on_ranks(&case, size).1.answer.counts.cycles);
         let most = (alone + 2).max((1.15 * alone as f64) as usize);
         assert!(others.iter().all(|&cycles| cycles <= most), "{element}: {others:?}, one rank {alone}");
     }
@@ -58,7 +58,7 @@ fn interfaces_that_yield_go_through_load_steps_on_ranks() {
     passes(&folder);
     let again = solved(&case, 3, &folder, true);
     passes(&folder);
-    assert!((again.contact.normal_force / first.contact.normal_force - 1.0).abs() < 1e-9);
+    assert!((again.answer.contact.normal_force / first.answer.contact.normal_force - 1.0).abs() < 1e-9);
 }
 
 /// A block on another one, in a mesh file whose groups of the upper surface are of nodes alone.

@@ -61,7 +61,7 @@ fn a_bar_that_expands_freely_has_no_stress_on_ranks() {
     let home = folder("free-bar");
     let case = case_of(&bar("hex8", 3.1), "1e-10");
     let (u, summary) = on_ranks(&case, 4);
-    assert_eq!(summary.contact.normal_force, 0.0);
+    assert_eq!(summary.answer.contact.normal_force, 0.0);
     let far = u.iter().map(|u| u[0]).fold(0.0, f64::max);
     assert!((far / (3.0 * 12e-6 * 100.0) - 1.0).abs() < 1e-9, "{far}");
     solved(&case, 4, &home, false);
@@ -78,7 +78,7 @@ fn a_heated_bar_before_a_wall_presses_it_by_its_strain_on_ranks() {
         for steps in ["", "[[step]]\nname = \"heat\"\nuntil = 1\nincrements = 2\n"] {
             let case = case_of(&(bar(element, 3.0) + steps), "1e-10");
             for size in [1, 3] {
-                let force = on_ranks(&case, size).1.contact.normal_force;
+                let force = on_ranks(&case, size).1.answer.contact.normal_force;
                 assert!((force / expected - 1.0).abs() < 1e-9, "{element}, {size} ranks: {force}");
             }
         }
@@ -107,7 +107,8 @@ fn a_heated_case_passes_its_judge_and_goes_on_from_its_files() {
     killed(&case, 3, &part, false, 2);
     let found = solved(&case, 2, &part, true);
     passes(&part);
-    let forces = |steps: &[stiction::run::RankedStep]| steps.iter().map(|s| s.contact.normal_force).collect::<Vec<_>>();
+    let forces =
+        |steps: &[stiction::run::StepRecord]| steps.iter().map(|s| s.answer.contact.normal_force).collect::<Vec<_>>();
     let pairs = forces(&found.steps).into_iter().zip(forces(&expected.steps));
     pairs.for_each(|(a, b)| assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}"));
 }

@@ -49,7 +49,7 @@ fn a_plane_that_rises_presses_as_a_body_that_sinks() {
     let sinks = rises
         .replace(", motion = [0, 0, 1.2e-5]", "")
         .replace("on = \"z-max\"\n", "on = \"z-max\"\nvalue = [0, 0, -1.2e-5]\n");
-    let [a, b] = [rises, sinks].map(|text| on_ranks(&case_of(&text, "1e-10"), 3).1.contact.normal_force);
+    let [a, b] = [rises, sinks].map(|text| on_ranks(&case_of(&text, "1e-10"), 3).1.answer.contact.normal_force);
     assert!(a > 0.0 && (a - b).abs() <= 1e-9 * a, "{a} {b}");
 }
 

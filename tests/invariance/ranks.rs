@@ -31,7 +31,12 @@ fn same_bits(text: &str) {
                 let answer = solve_on_ranks(&case, &ranks, &mut |_| ControlFlow::Continue(())).unwrap();
                 let bits = |(node, u): (u64, [f64; 3])| (node, u.map(f64::to_bits));
                 let u: Vec<(u64, [u64; 3])> = answer.displacements().into_iter().map(bits).collect();
-                (u, answer.summary.counts.iterations, answer.summary.contact, answer.summary.certificate)
+                (
+                    u,
+                    answer.summary.answer.counts.cycles,
+                    answer.summary.answer.contact,
+                    answer.summary.answer.certificate,
+                )
             })
         })
     };

@@ -8,6 +8,7 @@ use stiction::friction::Status;
 use stiction::io::case::{self, Case};
 use stiction::io::deck::{self, DeckLabels};
 use stiction::io::folder;
+use stiction::io::text::command_line;
 use stiction::linalg::Stop;
 use stiction::run::{self, Origin, Outcome, Plan, Prepared, Stage};
 
@@ -81,7 +82,8 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     overrides.extend(arguments.starts.iter().map(|starts| ("solver.starts".to_string(), starts.to_string())));
     overrides.extend(arguments.accuracy.iter().map(|goal| ("accuracy.energy".to_string(), goal.clone())));
     let (case, path, case_text, labels) = read(arguments, &overrides).map_err(|error| as_typed(arguments, error))?;
-    let origin = Origin { path, case_text, overrides, command: Some(command_line()) };
+    let typed = crate::TYPED.get().into_iter().flatten().skip(1).map(|word| word.to_string_lossy().into_owned());
+    let origin = Origin { path, case_text, overrides, command: Some(command_line("stiction", typed)) };
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
     hold::folder(&folder)?;
     run::writable(&folder)?;
@@ -285,18 +287,6 @@ fn report(folder: &Path, prepared: &Prepared, files: &mut Vec<String>) -> Option
 fn report(_: &Path, _: &Prepared, _: &mut [String]) -> Option<Error> {
     output::note("no report.html: it is not built into this program (feature \"report\")\n");
     None
-}
-
-/// What was typed, with quotes where a shell needs them.
-fn command_line() -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./=,:@%+".contains(c);
-    let quoted = |word: String| match word.chars().all(plain) && !word.is_empty() {
-        true => word,
-        false => format!("'{}'", word.replace('\'', "'\\''")),
-    };
-    let words =
-        crate::TYPED.get().into_iter().flatten().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
-    std::iter::once("stiction".to_string()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
 fn default_folder(case: &Path) -> PathBuf {

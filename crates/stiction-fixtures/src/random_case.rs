@@ -135,9 +135,9 @@ pub fn outcome_on_ranks(text: &str, size: usize) -> Result<(usize, bool), String
         answer.map(|answer| answer.summary).map_err(|e| e.to_string())
     });
     let summary = answers.into_iter().next().ok_or("no ranks")??;
-    match summary.status {
-        Status::Solved => Ok((summary.counts.iterations, summary.found_by_first)),
-        status => Err(format!("{status:?}, worst {:.1e}", summary.certificate.worst)),
+    match summary.answer.status {
+        Status::Solved => Ok((summary.answer.counts.steps(), summary.found_by_first())),
+        status => Err(format!("{status:?}, worst {:.1e}", summary.answer.certificate.worst)),
     }
 }
 

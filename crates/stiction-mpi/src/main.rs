@@ -14,9 +14,11 @@ use stiction::friction::Status;
 use stiction::io::case::{self, Case};
 use stiction::io::folder::read_text;
 use stiction::io::lock::Lock;
-use stiction::io::text::plain;
+use stiction::io::text::{command_line, plain};
 use stiction::ranks::{Ranks, agree};
-use stiction::run::{ForPeople, Keep, REPORT, Stage, case_of_deck, level_line, solve_steps_on_ranks, write_on_ranks};
+use stiction::run::{
+    ForPeople, Keep, Origin, REPORT, Stage, case_of_deck, level_line, solve_steps_on_ranks, write_on_ranks,
+};
 use stiction::{Error, Progress};
 
 /// Certified elastic contact with friction in 3D, on several machines: mpirun -n N stiction-mpi solve CASE.toml
@@ -133,7 +135,8 @@ fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
     agree(&**ranks, start_threads(arguments.threads, ranks.size()))?;
     let mut set = arguments.set.clone();
     set.extend(arguments.accuracy.iter().map(|goal| ("accuracy.energy".to_string(), goal.clone())));
-    let case = read(arguments, &set, ranks).map_err(|error| as_typed(arguments, error))?;
+    let (case, path, case_text) = read(arguments, &set, ranks).map_err(|error| as_typed(arguments, error))?;
+    let origin = Origin { path, case_text, overrides: set, command: Some(command_line("stiction-mpi", typed())) };
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
     let lock = if first { Lock::take(&folder).map(Some) } else { Ok(None) };
     let lock = agree(&**ranks, lock)?;
@@ -151,9 +154,9 @@ fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
     let tell: fn(&Stage) =
         if arguments.json { |stage: &Stage| show(stage, note) } else { |stage: &Stage| show(stage, out) };
     let keep = Keep { folder: folder.clone(), resume: arguments.resume, tell };
-    let answer = solve_steps_on_ranks(&case, ranks, Some(&keep), &mut observer)?;
+    let mut answer = solve_steps_on_ranks(&case, ranks, Some(&keep), &mut observer)?;
     let wanted = ForPeople { pictures: !arguments.no_pictures, report: !arguments.no_report };
-    let written = write_on_ranks(&answer, &folder, wanted, &**ranks)?;
+    let written = write_on_ranks(&mut answer, &folder, &origin, wanted, &**ranks)?;
     if first {
         say(&format!("\n{}", answer.summary));
         if let Some(error) = &written.without_report {
@@ -170,18 +173,28 @@ fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
         let why = accuracy.ended.as_deref().unwrap_or_default();
         eprintln!("warning: the accuracy was not reached: {why}; the files hold the last mesh");
     }
-    Ok(if answer.summary.status == Status::Solved && missed.is_none() { 0 } else { SHORT })
+    Ok(if answer.summary.answer.status == Status::Solved && missed.is_none() { 0 } else { SHORT })
 }
 
-/// The case, with the same words at all ranks.
-fn read(arguments: &Solve, set: &[(String, String)], ranks: &Arc<dyn Ranks>) -> Result<Case, Error> {
+/// The case, with the same words at all ranks; the file, if it is one of a case, and its text.
+fn read(
+    arguments: &Solve,
+    set: &[(String, String)],
+    ranks: &Arc<dyn Ranks>,
+) -> Result<(Case, Option<PathBuf>, String), Error> {
     let path = &arguments.case;
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("inp")) {
-        return case_of_deck(path, &arguments.include, set, &**ranks);
+        let (case, text) = case_of_deck(path, &arguments.include, set, &**ranks)?;
+        return Ok((case, None, text));
     }
     let mut case = agree(&**ranks, case::read(path, set))?;
     case.mesh.include_from(&arguments.include);
-    Ok(case)
+    Ok((case, Some(path.clone()), std::fs::read_to_string(path).unwrap_or_default()))
+}
+
+/// What was typed behind the name of the program.
+fn typed() -> impl Iterator<Item = String> {
+    std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned())
 }
 
 fn show(stage: &Stage, say: fn(&str)) {

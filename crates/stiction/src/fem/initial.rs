@@ -25,14 +25,20 @@ pub struct InitialStrain {
     pub energy: f64,
 }
 
-/// The thermal strain of `load` at time `t`; `None` if it is no temperature.
+/// The thermal strain of `load` at time `t`; `None` if it is no temperature. Its energy is that of the cells whose first node `counts`
+/// says: where ranks share the mesh each cell is counted by one of them.
 ///
 /// Linear cells take their mean temperature, whose strain their displacements can follow: one that varies within the
 /// cell would stress it although it may expand freely. Quadratic cells take it at each of their integration points.
 ///
 /// # Errors
 /// A material without expansion in the heated region, a temperature that is not finite.
-pub fn initial_strain(solid: &Solid, load: &Load, t: f64) -> Result<Option<InitialStrain>, Error> {
+pub(crate) fn initial_strain(
+    solid: &Solid,
+    load: &Load,
+    counts: &dyn Fn(u32) -> bool,
+    t: f64,
+) -> Result<Option<InitialStrain>, Error> {
     let Load::Temperature { cells, value } = load else { return Ok(None) };
     let ramp = match value {
         Temperature::Field(_) => 1.0,
@@ -94,8 +100,11 @@ pub fn initial_strain(solid: &Solid, load: &Load, t: f64) -> Result<Option<Initi
             initial.rise[first + count * local..][..count].copy_from_slice(&rise);
         }
         initial.strain[cell as usize] = strain;
-        initial.energy += energy;
-        for (&node, force) in list.get(cell as usize).1.iter().zip(forces) {
+        let nodes = list.get(cell as usize).1;
+        if counts(nodes[0]) {
+            initial.energy += energy;
+        }
+        for (&node, force) in nodes.iter().zip(forces) {
             (0..3).for_each(|c| initial.force[3 * node as usize + c] += force[c]);
         }
     }

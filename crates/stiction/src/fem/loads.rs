@@ -58,7 +58,7 @@ pub fn external_forces(solid: &Solid, loads: &[Load], t: f64) -> Result<Vec<f64>
                     })
                 })
             }
-            Load::Temperature { .. } => initial_strain(solid, load, t).map(|initial| {
+            Load::Temperature { .. } => initial_strain(solid, load, &|_| true, t).map(|initial| {
                 let initial = initial.unwrap_or_default();
                 force.iter_mut().zip(initial.force).for_each(|(sum, f)| *sum += f);
             }),

@@ -2,6 +2,16 @@
 
 use crate::Error;
 
+/// What was typed to start `program`, with quotes where a shell needs them.
+pub fn command_line(program: &str, typed: impl Iterator<Item = String>) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=,:@%+".contains(c);
+    let quoted = |word: String| match word.chars().all(plain) && !word.is_empty() {
+        true => word,
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    };
+    std::iter::once(program.to_string()).chain(typed.map(quoted)).collect::<Vec<_>>().join(" ")
+}
+
 /// Five significant digits.
 pub fn number(x: f64) -> String {
     Error::number(x)

@@ -21,7 +21,7 @@ pub use pose::{
 #[cfg(feature = "report")]
 pub use ranks::write_report;
 pub use ranks::{
-    ForPeople, Keep, RankRecord, RankedAnswer, RankedStep, RankedSummary, Written, case_of_deck, check, solve_on_ranks,
+    ForPeople, Keep, RankRecord, RankedAnswer, RanksRecord, Written, case_of_deck, check, solve_on_ranks,
     solve_steps_on_ranks, write_on_ranks,
 };
 pub use refine::{Indicators, Level, Levels, Sequence, SolvedLevel, solve_to_accuracy};

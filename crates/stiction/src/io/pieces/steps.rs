@@ -83,11 +83,26 @@ fn joined_step(all: &[StepFile], places: &[Places]) -> StepFile {
         support_free_load: list(|s| &s.support_free_load, &unknowns, 1),
         support_displacement: list(|s| &s.support_displacement, &supports, 1),
         rounding: all.iter().map(|step| step.rounding).fold(0.0, f64::max),
+        initial_load: match all.iter().all(|step| step.initial_load.is_empty()) {
+            true => Vec::new(),
+            false => [of_initial_load(all, &unknowns, true), of_initial_load(all, &supports, false)].concat(),
+        },
+        initial_energy: all.iter().map(|step| step.initial_energy).sum(),
+        shortening: all[0].shortening.clone(),
         u: list(|s| &s.u, &unknowns, 1),
         lambda: list(|s| &s.lambda, &points, 3),
         states: gathered(&states, &points, 1),
         ..StepFile::default()
     }
+}
+
+/// That of the unknowns, or of the prescribed displacements, which stand behind them.
+fn of_initial_load(all: &[StepFile], places: &[Vec<u32>], unknowns: bool) -> Vec<f64> {
+    let part = |step: &StepFile| {
+        let (first, rest) = step.initial_load.split_at(step.u.len().min(step.initial_load.len()));
+        if unknowns { first.to_vec() } else { rest.to_vec() }
+    };
+    gathered(&all.iter().map(part).collect::<Vec<_>>(), places, 1)
 }
 
 /// The displacements of a load step by the names of their unknowns, from the pieces called `files` in `folder`: each is
@@ -125,6 +140,25 @@ pub(crate) fn strengths_of_step(
         let names = names.as_chunks().0;
         let values = piece.f64s("strength", 2 * names.len())?;
         names.iter().zip(values.as_chunks().0).for_each(|(&point, &strength)| put(point, strength));
+    }
+    Ok(())
+}
+
+/// The multipliers of each point at the end of a load step, newton, by the names of the points; as [`displacements_of_step`].
+///
+/// # Errors
+/// If a piece is missing or damaged.
+pub(crate) fn forces_of_step(
+    folder: &Path,
+    files: &[String],
+    mut put: impl FnMut([u64; 3], [f64; 3]),
+) -> Result<(), Error> {
+    for name in files {
+        let piece = Piece::read(folder, name)?;
+        let names = piece.numbers("points")?;
+        let (names, m) = (names.as_chunks().0, names.len() / 3);
+        let values = piece.f64s("lambda", 3 * m)?;
+        names.iter().enumerate().for_each(|(j, &point)| put(point, [values[j], values[m + j], values[2 * m + j]]));
     }
     Ok(())
 }

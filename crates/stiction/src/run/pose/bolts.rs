@@ -233,7 +233,7 @@ pub(crate) fn thermal_forces(
     let Load::Temperature { cells, value } = load else { return Ok(vec![0.0; bolts.len()]) };
     let of_bolt = |bolt: &&Bolt| {
         let heated: Vec<u32> = cells.iter().copied().filter(|c| bolt.cut.cells.binary_search(c).is_ok()).collect();
-        let strain = initial_strain(solid, &Load::Temperature { cells: heated, value: value.clone() }, t)?;
+        let strain = initial_strain(solid, &Load::Temperature { cells: heated, value: value.clone() }, counts, t)?;
         let force = strain.unwrap_or_default().force;
         let at = |&node: &u32| (0..3).map(|c| bolt.cut.axis[c] * force[3 * node as usize + c]).sum::<f64>();
         Ok(bolt.cut.nodes.iter().filter(|node| counts(**node)).map(at).sum())

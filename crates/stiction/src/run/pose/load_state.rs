@@ -242,7 +242,8 @@ pub(crate) struct Acting {
     pub thermal_force: Vec<f64>,
 }
 
-/// What `loads` do at time `t`; of the forces through the cuts of `bolts` those at nodes that `counts` says.
+/// What `loads` do at time `t`; of the forces through the cuts of `bolts` those at nodes that `counts` says, of the energy of thermal strain
+/// that of cells whose first node it says.
 ///
 /// # Errors
 /// As of [`external_forces`], shown where the case asks for the load.
@@ -256,7 +257,7 @@ pub(crate) fn acting<'a>(
     let mut strained: Option<InitialStrain> = None;
     let mut thermal_force = vec![0.0; bolts.len()];
     for (load, spot) in loads {
-        if let Some(more) = initial_strain(solid, load, t).map_err(|e| place::instead(spot, e))? {
+        if let Some(more) = initial_strain(solid, load, counts, t).map_err(|e| place::instead(spot, e))? {
             force.iter_mut().zip(&more.force).for_each(|(sum, f)| *sum += f);
             strained = Some(strained.map_or(more.clone(), |sum| added(sum, more)));
             let through = thermal_forces(solid, bolts, counts, load, t).map_err(|e| place::instead(spot, e))?;

@@ -64,6 +64,13 @@ impl Seconds {
         self.spans().map(|(name, span)| (name, *span))
     }
 
+    /// Of the times of all phases in their order.
+    pub(crate) fn of(spans: impl Iterator<Item = Span>) -> Self {
+        let mut seconds = Seconds::default();
+        seconds.spans().into_iter().zip(spans).for_each(|((_, to), span)| *to = span);
+        seconds
+    }
+
     /// Adds what a step has taken.
     pub(crate) fn add(&mut self, other: &Seconds) {
         self.spans().into_iter().zip(other.phases()).for_each(|((_, sum), (_, span))| *sum = *sum + span);

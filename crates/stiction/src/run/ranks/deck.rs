@@ -7,7 +7,7 @@ use crate::io::case::Case;
 use crate::io::deck::{self, case_without_mesh};
 use crate::ranks::{Ranks, agree, broadcast};
 
-/// The case of the deck at `path`, changed by `overrides`; files that it includes are looked for as by [`deck::read()`]. Its mesh is at
+/// The case of the deck at `path`, changed by `overrides`, and its text, which is empty but at rank 0; files that it includes are looked for as by [`deck::read()`]. Its mesh is at
 /// rank 0 alone, which divides it.
 ///
 /// # Errors
@@ -17,10 +17,12 @@ pub fn case_of_deck(
     include: &[PathBuf],
     overrides: &[(String, String)],
     ranks: &dyn Ranks,
-) -> Result<Case, Error> {
+) -> Result<(Case, String), Error> {
     let first = ranks.rank() == 0;
     let read = if first { deck::read(path, include).map(Some) } else { Ok(None) };
     let deck = agree(ranks, read)?;
     let words = broadcast(ranks, deck.as_ref().map_or(Vec::new(), deck::Deck::without_mesh));
-    agree(ranks, deck.map_or_else(|| case_without_mesh(&words, overrides), |deck| deck.case(overrides)))
+    let text = deck.as_ref().map_or(String::new(), |deck| deck.text.clone());
+    let case = agree(ranks, deck.map_or_else(|| case_without_mesh(&words, overrides), |deck| deck.case(overrides)))?;
+    Ok((case, text))
 }

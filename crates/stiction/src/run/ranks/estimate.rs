@@ -2,26 +2,36 @@
 
 use super::bolts::strain;
 use super::local::{Local, group};
+use super::report::take_accuracy;
 use super::solve::RankedAnswer;
 use crate::accuracy::{Estimate, OfCell, PATCH, Patches, Straining, parts};
 use crate::fem::Solid;
 use crate::friction::Status;
 use crate::io::case::{Case, LoadKind};
+use crate::mesh::v3::V3;
 use crate::ranks::{Ranks, all_to_all, from_bytes, sum, to_bytes};
 
-/// Adds the estimate to an answer, unless loads carry a body away. It is that of one machine, but for polynomials at the boundary that
-/// need the cells around the neighbours of a corner: at the border of a rank these are those that the rank has.
-pub(super) fn add_estimate(case: &Case, answer: &mut RankedAnswer, ranks: &dyn Ranks) {
-    if answer.summary.status == Status::NoEquilibrium {
+/// Adds the estimate to an answer, unless loads carry a body away.
+pub(super) fn add_estimate(case: &Case, answer: &mut RankedAnswer) {
+    if answer.summary.answer.status == Status::NoEquilibrium {
         return;
     }
-    let local = &answer.local;
+    let (relative, of_cells) = estimate(case, &answer.local, &answer.u, &answer.shortening);
+    answer.error = of_cells;
+    take_accuracy(&mut answer.summary, Some(relative), None);
+}
+
+/// The estimated error of the stresses in the mean, relative (energy norm), and that of each cell here, see
+/// [`Estimate::by_cell`]; `u` are the displacements of all nodes here. It is that of one machine, but for polynomials at the boundary that
+/// need the cells around the neighbours of a corner: at the border of a rank these are those that the rank has.
+pub(super) fn estimate(case: &Case, local: &Local, u: &[V3], shortening: &[f64]) -> (f64, Vec<f64>) {
+    let ranks = &*local.division.ranks;
     let solid =
         Solid { mesh: &local.piece.mesh, materials: &local.materials, material_of_cell: &local.material_of_cell };
-    let cuts: Vec<_> = local.bolts.iter().map(|bolt| &bolt.bolt.cut).zip(answer.shortening.iter().copied()).collect();
+    let cuts: Vec<_> = local.bolts.iter().map(|bolt| &bolt.bolt.cut).zip(shortening.iter().copied()).collect();
     let straining = Straining {
-        displacement: answer.u.as_flattened(),
-        initial: &strain(local, &answer.shortening),
+        displacement: u.as_flattened(),
+        initial: &strain(local, shortening),
         rise: &local.initial.rise,
         cuts: &cuts,
         region: &regions(case, local),
@@ -32,8 +42,7 @@ pub(super) fn add_estimate(case: &Case, answer: &mut RankedAnswer, ranks: &dyn R
     sum(ranks, &mut sums);
     let whole = Estimate::of(&[sums]);
     let of_cell = whole.of_cell();
-    answer.error = cells.iter().map(|&[error, _, volume, _]| of_cell(error, volume)).collect();
-    answer.summary.take_accuracy(Some(whole.relative()), None);
+    (whole.relative(), cells.iter().map(|&[error, _, volume, _]| of_cell(error, volume)).collect())
 }
 
 /// The polynomials at nodes of other ranks are those that these have found, from all cells there.

@@ -11,22 +11,25 @@ use serde_json::json;
 
 use super::hash::Hash;
 use super::local::Local;
-use super::record::RankedStep;
 use super::timed::{begins, changes_laws, is_brittle};
 use super::write::{named, sums_of_all, withdraw};
 use crate::Error;
 use crate::contact::Friction;
 use crate::friction::{PointState, Status};
 use crate::io::case::Case;
-use crate::io::pieces::{Head, NamedPiece, displacements_of_step, step_name, strengths_of_step, write_step_piece};
+use crate::io::pieces::{
+    Head, NamedPiece, displacements_of_step, forces_of_step, step_name, strengths_of_step, write_step_piece,
+};
 use crate::io::step::StepFile;
 use crate::io::{checksum, folder};
 use crate::ranks::{Ranks, Wire, agree, broadcast, gather_all, to_bytes};
 use crate::run::pose::axis::Position;
+use crate::run::pose::load_state::Initial;
 use crate::run::pose::surfaces::widened;
 use crate::run::results::json;
 use crate::run::results::step_file::{STATE, remove_steps, widen};
 use crate::run::results::sums::{self, Sums};
+use crate::run::solve::StepRecord;
 use crate::run::solve::extrapolation::KEPT;
 use crate::run::solve::strength::{left, lost};
 use crate::run::whole::Stage;
@@ -43,7 +46,7 @@ pub struct Keep {
 }
 
 /// Number of the format of the list; that of one rank has another kind of value here.
-const FORMAT: &str = "ranks 1";
+const FORMAT: &str = "ranks 2";
 const WHAT: &str = "a list of finished load steps of several ranks";
 const AGAIN: &str = "solve the case from its beginning, without --resume";
 
@@ -62,7 +65,7 @@ struct List {
 /// A finished step.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Entry {
-    record: RankedStep,
+    record: StepRecord,
     /// Where the next increment begins, as [`Position::write`] says it.
     at: [usize; 4],
     /// Checksums of its files.
@@ -72,23 +75,25 @@ struct Entry {
 }
 
 impl Entry {
-    fn new(record: RankedStep, at: [usize; 4], files: Sums, before: &str) -> Entry {
+    fn new(record: StepRecord, at: [usize; 4], files: Sums, before: &str) -> Entry {
         let checksum = seal(&record, at, &files, before);
         Entry { record, at, files, checksum }
     }
 }
 
-fn seal(record: &RankedStep, at: [usize; 4], files: &Sums, before: &str) -> String {
+fn seal(record: &StepRecord, at: [usize; 4], files: &Sums, before: &str) -> String {
     checksum::of_text(&format!("{before}\n{}", json!([record, at, files])))
 }
 
 /// Increments that were finished before.
 pub(super) struct Finished {
     /// What is known of them.
-    pub records: Vec<RankedStep>,
+    pub records: Vec<StepRecord>,
     /// Displacements of all unknowns here at the end of the last three, and of those at whose end something stood that keeps its place:
     /// with the number of each from 0, ascending.
     pub u: Vec<(usize, Vec<f64>)>,
+    /// Multipliers of all points here at the end of the last one, newton.
+    pub lambda: Vec<f64>,
     /// The points here whose strength is lost.
     pub lost: Vec<bool>,
     /// Where the next begins.
@@ -134,8 +139,10 @@ impl Kept {
                 Some(last) => agree(ranks, lost_strength(&kept.folder, &kept.named, last, &local.timed.laws))?,
                 None => Vec::new(),
             };
+            let lambda = steps.last().map_or(Ok(Vec::new()), |last| forces(&kept.folder, &kept.named, last));
+            let lambda = agree(ranks, lambda)?;
             let records = steps.iter().map(|entry| entry.record.clone()).collect();
-            kept.finished = Some(Finished { records, u, lost, at });
+            kept.finished = Some(Finished { records, u, lambda, lost, at });
         }
         Ok(kept)
     }
@@ -167,7 +174,7 @@ impl Kept {
         &mut self,
         (local, case): (&Local, &Case),
         (u, lambda, states): (&[f64], &[f64], &[PointState]),
-        steps: &[RankedStep],
+        steps: &[StepRecord],
         at: Position,
     ) -> Result<(), Error> {
         let Some(record) = steps.last() else { return Ok(()) };
@@ -178,7 +185,7 @@ impl Kept {
         let written = write_step_piece(&self.folder.join(&name), &head, &self.named, &own);
         agree(ranks, written.and_then(|()| folder::sync(&self.folder, std::slice::from_ref(&name))))?;
         let sums = sums_of_all(ranks, &self.folder, &[name])?;
-        if record.status == Status::Solved {
+        if record.answer.status == Status::Solved {
             let before = self.list.steps.last().map_or("", |entry| &entry.checksum).to_string();
             self.list.steps.push(Entry::new(record.clone(), at.write(), sums, &before));
             let first = head.rank == 0;
@@ -270,9 +277,8 @@ fn read(keep: &Keep, empty: &List) -> Result<List, Error> {
 /// The displacements of all unknowns here at the end of a step.
 fn displacements(folder: &Path, named: &NamedPiece, step: &Entry) -> Result<Vec<f64>, Error> {
     let mut u = vec![f64::NAN; named.unknowns.len()];
-    let files: Vec<String> = step.files.keys().cloned().collect();
     // A file at a time: no rank ever has the whole.
-    displacements_of_step(folder, &files, |name, value| {
+    displacements_of_step(folder, &files_of(step), |name, value| {
         if let Ok(place) = named.unknowns.binary_search(&name) {
             u[place] = value;
         }
@@ -283,6 +289,27 @@ fn displacements(folder: &Path, named: &NamedPiece, step: &Entry) -> Result<Vec<
         }
         false => Ok(u),
     }
+}
+
+/// The multipliers of all points here at the end of a step, newton.
+fn forces(folder: &Path, named: &NamedPiece, step: &Entry) -> Result<Vec<f64>, Error> {
+    let (place, m) = (places(named), named.points.len());
+    let mut lambda = vec![0.0; 3 * m];
+    forces_of_step(folder, &files_of(step), |name, force| {
+        if let Some(&j) = place.get(&name) {
+            (0..3).for_each(|r| lambda[r * m + j] = force[r]);
+        }
+    })?;
+    Ok(lambda)
+}
+
+/// Where each point stands here.
+fn places(named: &NamedPiece) -> HashMap<[u64; 3], usize> {
+    named.points.iter().copied().zip(0..).collect()
+}
+
+fn files_of(step: &Entry) -> Vec<String> {
+    step.files.keys().cloned().collect()
 }
 
 /// The steps whose displacements a run needs that goes on: the last three, and for each time at which something begins the last one
@@ -298,10 +325,9 @@ fn to_go_on_from(case: &Case, steps: &[Entry]) -> Vec<usize> {
 
 /// The points here whose strength is lost at the end of a step; `laws` are those that they have while they are intact.
 fn lost_strength(folder: &Path, named: &NamedPiece, step: &Entry, laws: &[Friction]) -> Result<Vec<bool>, Error> {
-    let place: HashMap<[u64; 3], usize> = named.points.iter().copied().zip(0..).collect();
+    let place = places(named);
     let mut left: Vec<[f64; 2]> = laws.iter().map(Friction::strength).collect();
-    let files: Vec<String> = step.files.keys().cloned().collect();
-    strengths_of_step(folder, &files, |name, strength| {
+    strengths_of_step(folder, &files_of(step), |name, strength| {
         if let Some(&j) = place.get(&name) {
             left[j] = strength;
         }
@@ -327,6 +353,11 @@ fn own_part(
     let out: HashSet<usize> = timed.out(t).map(|(j, _)| j).collect();
     let own_points = named.own_points.iter().enumerate();
     let codes: Vec<usize> = states.iter().map(|state| usize::from(state.code())).collect();
+    let Initial { load, support_load, energy, shortening, .. } = &local.initial;
+    let initial_load = match load.is_empty() {
+        true => Vec::new(),
+        false => [named.of_unknowns(load), named.of_supports(support_load)].concat(),
+    };
     StepFile {
         t,
         f: named.of_unknowns(&elastic.f),
@@ -340,6 +371,9 @@ fn own_part(
         support_free_load: named.of_unknowns(supports.map_or(&elastic.f, |s| &s.free_load)),
         support_displacement: of_supports(supports.map(|s| &s.displacement)),
         rounding: contact.rounding,
+        initial_load,
+        initial_energy: *energy,
+        shortening: shortening.clone(),
         u: named.of_unknowns(u),
         lambda: named.of_points(lambda),
         states: named.of_points(&codes),

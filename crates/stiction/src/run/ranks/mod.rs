@@ -8,6 +8,7 @@ mod check;
 mod components;
 mod deck;
 mod elements;
+mod energy;
 mod estimate;
 mod facts;
 mod gather;
@@ -50,6 +51,6 @@ pub use deck::case_of_deck;
 pub use keep::Keep;
 #[cfg(feature = "report")]
 pub use page::write_report;
-pub use record::{RankRecord, RankedStep, RankedSummary};
+pub use record::{RankRecord, RanksRecord};
 pub use solve::{RankedAnswer, solve_on_ranks, solve_steps_on_ranks};
 pub use write::{ForPeople, Written, write_on_ranks};

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use super::record::RankedSummary;
 use super::solve::RankedAnswer;
 use super::write::{AtPoint, ForPeople};
 use crate::Error;
 use crate::fem::Voigt;
 use crate::ranks::Ranks;
+use crate::run::results::Summary;
 
 /// Nothing.
 pub(super) struct Shown;
@@ -21,7 +21,7 @@ impl Shown {
         Ok(Vec::new())
     }
 
-    pub(super) fn write_report(&self, _: &RankedSummary, _: &Path) -> Result<(), Error> {
+    pub(super) fn write_report(&self, _: &Summary, _: &Path) -> Result<(), Error> {
         Ok(())
     }
 }

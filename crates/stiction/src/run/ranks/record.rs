@@ -1,21 +1,23 @@
-//! `summary.json` of a run on several ranks: the names of the other one where they mean the same.
-
-use std::fmt;
+//! What is kept of an answer of several ranks: the records of one machine, filled with sums over the ranks, and what ranks have beside
+//! them.
 
 use serde::{Deserialize, Serialize};
 
-use super::remarks::Remarks;
-use super::report::{WORK, overlaps};
-use crate::friction::{Solution, Status};
+use super::bolts::states;
+use super::energy::{energy, load, reaction};
+use super::local::Local;
+use super::remarks::{Remarks, largest_displacement};
+use super::solve::unknowns;
+use super::ties::coupling_states;
+use super::tighten::Found;
+use super::totals::totals;
+use super::tractions::RankTractions;
+use crate::friction::{Multigrid, SolverPath};
 use crate::io::case::Case;
-use crate::ranks::Wire;
-use crate::run::pose::Seconds;
-use crate::run::results::{ESTIMATED, FORMAT, Row, Rows, Versions, accuracy_rows, ended_short, percent, print};
-use crate::run::solve::quantities::{AdriftRecord, FacetedRecord, Smallness};
-use crate::run::solve::{
-    AccuracyRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, CouplingState, Named, OverlapRecord,
-    PairRecord, SolutionsRecord, Totals,
-};
+use crate::io::machine;
+use crate::ranks::{Ranks, Wire, broadcast, from_bytes, max, sum, to_bytes};
+use crate::run::pose::{Seconds, Span};
+use crate::run::solve::{AnswerRecord, BodyRecord, CertificateRecord, CountsRecord, Named, seconds};
 
 /// What one rank has had and sent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -64,305 +66,93 @@ impl RankRecord {
     }
 }
 
-/// An increment of a load step, solved on several ranks.
+/// What `summary.json` says of a run on several ranks beside what it says of one machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct RankedStep {
-    /// Name of the step in the case, of which this is an increment.
-    pub name: String,
-    /// The time at its end.
-    pub t: f64,
-    /// How the iteration ended.
-    pub status: Status,
-    /// Cycles it took.
-    pub iterations: usize,
-    /// The certificate, measured by all ranks.
-    pub certificate: CertificateRecord,
-    /// Over all contacts.
-    pub contact: Totals,
-    /// Totals of each pair.
-    #[serde(default)]
-    pub pairs: Vec<PairRecord>,
-    /// Where surfaces lie in each other.
-    #[serde(default)]
-    pub overlaps: Vec<OverlapRecord>,
-    /// How small rotations, strains and slips are.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub smallness: Option<Smallness>,
-    /// Bodies that nothing holds: their places say nothing.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub unheld: Vec<String>,
-    /// Motions that nothing resists: places along them say nothing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub adrift: Option<AdriftRecord>,
-    /// A motion that hardly more than the facets of curved surfaces resists.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub held_by_facets: Option<FacetedRecord>,
-    /// Balance of each body.
-    #[serde(default)]
-    pub bodies: Vec<BodyRecord>,
-    /// Force and shortening of each bolt.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub bolts: Vec<BoltState>,
-    /// Motion of each reference point, and what acts there.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub couplings: Vec<CouplingState>,
-}
-
-impl RankedStep {
-    pub(super) fn new(
-        (name, t): (String, f64),
-        solution: &Solution,
-        (contact, pairs): (Totals, Vec<(String, Totals)>),
-        remarks: &Remarks,
-    ) -> Self {
-        RankedStep {
-            name,
-            t,
-            status: solution.status,
-            iterations: solution.counts.cycles,
-            certificate: CertificateRecord::of(&solution.certificate),
-            contact,
-            pairs: remarks.pairs(pairs),
-            overlaps: remarks.overlaps.clone(),
-            smallness: remarks.smallness.clone(),
-            unheld: remarks.unheld.clone(),
-            adrift: remarks.adrift.clone(),
-            held_by_facets: remarks.held_by_facets.clone(),
-            bodies: bodies(solution),
-            bolts: Vec::new(),
-            couplings: Vec::new(),
-        }
-    }
-
-    pub(super) fn with_bolts(self, bolts: Vec<BoltState>) -> Self {
-        RankedStep { bolts, ..self }
-    }
-
-    pub(super) fn with_couplings(self, couplings: Vec<CouplingState>) -> Self {
-        RankedStep { couplings, ..self }
-    }
-}
-
-fn bodies(solution: &Solution) -> Vec<BodyRecord> {
-    solution.certificate.bodies.iter().map(BodyRecord::of).collect()
-}
-
-/// An answer found on several ranks; lengths, forces and energies in the units of the case.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct RankedSummary {
-    /// Heading of the case.
-    pub title: String,
-    /// Names of the units, a label only.
-    pub units: Option<String>,
-    /// How the iteration ended.
-    pub status: Status,
-    /// The certificate, measured by all ranks.
-    pub certificate: CertificateRecord,
-    /// Where nothing balances the loads: the motion along which they carry a body away.
-    #[serde(default)]
-    pub escape_mode: Option<String>,
-    /// Over all contacts.
-    pub contact: Totals,
-    /// Totals of each pair.
-    #[serde(default)]
-    pub pairs: Vec<PairRecord>,
-    /// Where surfaces lie in each other.
-    #[serde(default)]
-    pub overlaps: Vec<OverlapRecord>,
-    /// How small rotations, strains and slips are; none where loads carry a body away.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub smallness: Option<Smallness>,
-    /// Bodies that nothing holds: their places say nothing.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub unheld: Vec<String>,
-    /// Motions that nothing resists: places along them say nothing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub adrift: Option<AdriftRecord>,
-    /// A motion that hardly more than the facets of curved surfaces resists.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub held_by_facets: Option<FacetedRecord>,
-    /// Balance of each body.
-    #[serde(default)]
-    pub bodies: Vec<BodyRecord>,
-    /// Force and shortening of each bolt.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub bolts: Vec<BoltState>,
-    /// Motion of each reference point, and what acts there.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub couplings: Vec<CouplingState>,
-    /// The largest displacement of a node.
-    pub displacement_max: f64,
-    /// Unknown displacements.
-    pub dofs: usize,
-    /// Multipliers.
-    pub dual_dofs: usize,
+pub struct RanksRecord {
     /// Nodes of the mesh.
     pub nodes: u64,
     /// Cells of the mesh.
     pub cells: u64,
     /// Whether rank 0 has found the answer alone, as `stiction solve` does: after all ranks together had not, or on a small mesh of those
     /// that are refined.
-    #[serde(default)]
     pub found_by_first: bool,
-    /// What several starts have found; number `k` from 2 on is in the pieces `solution-000k-*.npz`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub solutions: Option<SolutionsRecord>,
-    /// Estimated error of the stresses in the mean, relative (energy norm), of the last increment; none where loads
-    /// carry a body away.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub discretisation_error: Option<f64>,
-    /// How accurate it is, where the mesh was refined for it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub accuracy: Option<AccuracyRecord>,
-    /// The increments of load steps; the last of them is the answer above.
-    #[serde(default)]
-    pub steps: Vec<RankedStep>,
-    /// What it cost.
-    pub counts: CountsRecord,
     /// Nodes of each level, the finest first, and entries of its matrix.
     pub levels: Vec<(usize, usize)>,
-    /// Wall time by phase of rank 0, and the total.
-    pub seconds: Named,
-    /// The largest memory of any rank, bytes.
-    pub peak_memory_bytes: Option<u64>,
     /// What each rank has had.
     pub ranks: Vec<RankRecord>,
-    /// The case as the program understood it.
-    #[serde(default)]
-    pub problem: Vec<Row>,
-    /// What it printed of the answer.
-    #[serde(default)]
-    pub report: Vec<Row>,
-    /// Versions of program and format.
-    pub versions: Versions,
-    /// Names of the pictures.
-    #[serde(default)]
-    pub pictures: Vec<String>,
 }
 
-impl RankedSummary {
-    pub(super) fn new(
-        case: &Case,
-        [nodes, cells]: [u64; 2],
-        solution: &Solution,
-        contact: Totals,
-        (dofs, displacement_max): (usize, f64),
-        ranks: Vec<RankRecord>,
-        seconds: &Seconds,
-    ) -> Self {
-        let (iterations, restarts) = (solution.counts.cycles, Some(solution.counts.restarts));
-        RankedSummary {
-            title: case.title.clone(),
-            units: case.units.clone(),
-            status: solution.status,
-            certificate: CertificateRecord::of(&solution.certificate),
-            dual_dofs: 3 * ranks.iter().map(|rank| rank.points).sum::<usize>(),
-            escape_mode: None,
-            contact,
-            pairs: Vec::new(),
-            overlaps: Vec::new(),
-            smallness: None,
-            unheld: Vec::new(),
-            adrift: None,
-            held_by_facets: None,
-            bodies: bodies(solution),
-            bolts: Vec::new(),
-            couplings: Vec::new(),
-            displacement_max,
-            dofs,
-            nodes,
-            cells,
-            counts: CountsRecord { iterations, restarts, ..CountsRecord::default() },
-            levels: Vec::new(),
-            steps: Vec::new(),
-            found_by_first: false,
-            solutions: None,
-            discretisation_error: None,
-            accuracy: None,
-            seconds: times(seconds),
-            peak_memory_bytes: ranks.iter().filter_map(|rank| rank.peak_memory_bytes).max(),
-            ranks,
-            problem: Vec::new(),
-            report: Vec::new(),
-            versions: Versions { stiction: env!("CARGO_PKG_VERSION").into(), summary: FORMAT },
-            pictures: Vec::new(),
-        }
-    }
-
-    pub(super) fn with_steps(self, steps: Vec<RankedStep>) -> Self {
-        RankedSummary { steps, ..self }
-    }
-
-    pub(super) fn with_bolts(self, bolts: Vec<BoltState>) -> Self {
-        RankedSummary { bolts, ..self }
-    }
-
-    pub(super) fn with_couplings(self, couplings: Vec<CouplingState>) -> Self {
-        RankedSummary { couplings, ..self }
-    }
-
-    pub(super) fn found_by_first(self, found_by_first: bool) -> Self {
-        RankedSummary { found_by_first, ..self }
-    }
-
-    /// Takes the times of all meshes.
-    pub(super) fn take_seconds(&mut self, seconds: &Seconds) {
-        self.seconds = times(seconds);
-    }
-
-    /// Takes what is known of the accuracy of the last mesh.
-    pub(super) fn take_accuracy(&mut self, error: Option<f64>, accuracy: Option<AccuracyRecord>) {
-        let mut rows = Rows::default();
-        error.iter().for_each(|error| rows.add("mesh", format!("{ESTIMATED} {} (energy norm)", percent(*error))));
-        accuracy.iter().for_each(|accuracy| accuracy_rows(&mut rows, accuracy));
-        let end = self.report.iter().position(|row| row.label == WORK).unwrap_or(self.report.len());
-        self.report.splice(end..end, rows.0);
-        (self.discretisation_error, self.accuracy) = (error, accuracy);
-    }
-
-    /// Why there is no answer; none if there is one.
-    pub fn ended_short(&self) -> Option<String> {
-        let why = match (&self.escape_mode, self.status) {
-            (Some(motion), Status::NoEquilibrium) => format!("the loads carry away {motion}"),
-            (_, Status::PassesThrough) => self.passes_through(),
-            _ => String::new(),
-        };
-        ended_short(self.status, self.steps.last().map(|step| step.t), &why)
-    }
-
-    /// Where surfaces between which contact is named pass through each other, and the remedy.
-    pub(super) fn passes_through(&self) -> String {
-        overlaps(self).refused.join("; ")
-    }
-
-    pub(super) fn with_levels(self, levels: Vec<(usize, usize)>) -> Self {
-        RankedSummary { levels, ..self }
+/// The record of an answer at time `t`, the same on every rank, without its times and the memory.
+pub(super) fn answer(
+    case: &Case,
+    (local, multigrid): (&Local, &Multigrid),
+    found: &Found,
+    remarks: &Remarks,
+    tractions: &RankTractions,
+    t: f64,
+) -> AnswerRecord {
+    let Found { solution, everywhere, shortening } = found;
+    let (contact, pairs) = totals(local, multigrid, solution, tractions);
+    let mut points = [multigrid.own_points().len() as f64];
+    sum(&*local.division.ranks, &mut points);
+    AnswerRecord {
+        status: solution.status,
+        escape_mode: None,
+        sliding: None,
+        overlaps: remarks.overlaps.clone(),
+        certificate: CertificateRecord::of(&solution.certificate),
+        contact,
+        pairs: remarks.pairs(pairs),
+        bodies: solution.certificate.bodies.iter().map(BodyRecord::of).collect(),
+        bolts: states(local, &everywhere.u, shortening),
+        couplings: coupling_states(local, everywhere, t),
+        displacement_max: largest_displacement(local, found).0,
+        discretisation_error: None,
+        smallness: remarks.smallness.clone(),
+        unheld: remarks.unheld.clone(),
+        adrift: remarks.adrift.clone(),
+        held_by_facets: remarks.held_by_facets.clone(),
+        energy: energy(local, &everywhere.free),
+        reaction: reaction(local, everywhere, t),
+        load: load(local),
+        dofs: unknowns(local),
+        dual_dofs: 3 * points[0] as usize,
+        method: case.solver.method_name.clone(),
+        method_details: None,
+        counts: CountsRecord::of_newton(&solution.counts),
+        path: SolverPath::Multigrid,
+        path_reason: None,
+        seconds: Named::default(),
+        cpu_seconds: Named::default(),
+        peak_memory_bytes: None,
+        coulomb: None,
+        solutions: None,
     }
 }
 
-/// Wall time by phase, and the total.
-fn times(seconds: &Seconds) -> Named {
-    let mut times: Vec<(String, f64)> =
-        seconds.phases().iter().map(|(name, span)| (name.to_string(), span.wall)).collect();
-    times.retain(|(_, wall)| *wall > 0.0);
-    times.push(("total".into(), seconds.total().wall));
-    Named(times)
+/// Puts what is known of the way to an answer in place of what the ranks know, where rank 0 has found it alone.
+pub(super) fn take_way(answer: &mut AnswerRecord, of_first: AnswerRecord) {
+    let AnswerRecord { method, method_details, counts, path, path_reason, coulomb, solutions, .. } = of_first;
+    (answer.method, answer.method_details, answer.counts) = (method, method_details, counts);
+    (answer.path, answer.path_reason) = (path, path_reason);
+    (answer.coulomb, answer.solutions) = (coulomb, solutions);
 }
 
-impl fmt::Display for RankedSummary {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        print(f, &self.report, LABELS)?;
-        let mut rows = Rows::default();
-        let nodes = self.ranks.iter().map(|rank| rank.nodes);
-        let (least, most) = (nodes.clone().min().unwrap_or(0), nodes.max().unwrap_or(0));
-        rows.add("size", format!("{} unknowns, {least} to {most} nodes a rank", self.dofs));
-        rows.add("time", format!("{:.2} s", self.seconds.get("total").unwrap_or(f64::NAN)));
-        if let Some(peak) = self.peak_memory_bytes {
-            rows.add("memory", format!("{:.2} GB a rank at most", peak as f64 / 1e9));
-        }
-        print(f, &rows.0, LABELS)
-    }
+/// Puts times, those of [`of_all`], and the largest memory of a rank into a record.
+pub(super) fn take_cost(answer: &mut AnswerRecord, of_all: &Seconds, ranks: &dyn Ranks) {
+    answer.seconds = seconds(of_all, |span| span.wall);
+    answer.cpu_seconds = seconds(of_all, |span| span.cpu);
+    let mut peak = [machine::peak_memory().map_or(-1.0, |bytes| bytes as f64)];
+    max(ranks, &mut peak);
+    answer.peak_memory_bytes = (peak[0] >= 0.0).then_some(peak[0] as u64);
 }
 
-/// Width of the labels.
-const LABELS: usize = 12;
+/// Times of all ranks, the same on every one: on the clock those of rank 0, of processors the sum. Ranks that are threads of one process count
+/// that of the process each.
+pub(super) fn of_all(here: &Seconds, ranks: &dyn Ranks) -> Seconds {
+    let mut cpu: Vec<f64> = here.phases().iter().map(|(_, span)| span.cpu).collect();
+    sum(ranks, &mut cpu);
+    let wall: Vec<f64> = here.phases().iter().map(|(_, span)| span.wall).collect();
+    let wall = from_bytes::<f64>(&broadcast(ranks, to_bytes(&wall)));
+    Seconds::of(wall.into_iter().zip(cpu).map(|(wall, cpu)| Span { wall, cpu }))
+}

@@ -8,20 +8,19 @@ use std::sync::Arc;
 use super::gather::{WholeAnswer, scattered};
 use super::keep::Keep;
 use super::local::Local;
-use super::room;
-use super::scope;
-use super::share;
-use super::small;
+use super::record::{of_all, take_cost};
+use super::report::{iterations, take_accuracy};
 use super::solve::{Begun, How, RankedAnswer, Solved, Start};
 use super::tighten::Found;
 use super::write::withdraw;
+use super::{room, scope, share};
 use crate::Error;
 use crate::accuracy::Estimate;
 use crate::friction::{Progress, Solution, Status};
 use crate::io::case::{AccuracySpec, Case, MeshSource};
 use crate::io::machine;
 use crate::linalg::{Stop, Watch};
-use crate::ranks::{Ranks, agree, broadcast, max, put, take};
+use crate::ranks::{Ranks, agree, broadcast, max};
 use crate::run::pose::bolts::tightened;
 use crate::run::pose::load_state::{apply, load_state};
 use crate::run::pose::memory::looking_fits;
@@ -29,7 +28,7 @@ use crate::run::pose::{MemoryLimit, Prepared, Seconds, prepare_to_look_at};
 use crate::run::refine::{Indicators, Level, Levels, Sequence, SolvedLevel, other_case, solve_to_accuracy};
 use crate::run::results::{adopt_steps, discard_steps, keep_levels, kept_levels, problem_fingerprint, remove_levels};
 use crate::run::solve::passing::{Searches, with_searches};
-use crate::run::solve::{AccuracyRecord, Event, Outcome, Settings, discretisation_error};
+use crate::run::solve::{AccuracyRecord, AnswerRecord, Event, Outcome, Settings, discretisation_error};
 use crate::run::whole::{MOST_WIDENINGS, Plan, Run, Stage};
 use crate::solve::SolveEvent;
 
@@ -130,8 +129,8 @@ impl Team<'_, '_> {
         let first = ranks.rank() == 0;
         let kept = apart.filter(|_| first && !case.steps.is_empty());
         let discard = || kept.iter().for_each(|apart| discard_level(&apart.folder));
-        let Solved { answer, seconds, energy, needed } = solved.inspect_err(|_| discard())?;
-        let is_solved = answer.summary.status == Status::Solved;
+        let Solved { answer, seconds, needed } = solved.inspect_err(|_| discard())?;
+        let is_solved = answer.summary.answer.status == Status::Solved;
         let is_taken = needed.is_empty() && (is_solved || self.answer.is_none());
         let settled = match kept.as_ref().zip(self.folder) {
             Some((apart, folder)) if is_taken => adopt_level(&apart.folder, folder),
@@ -142,7 +141,7 @@ impl Team<'_, '_> {
         };
         agree(ranks, settled)?;
         let memory = self.memory();
-        let iterations = answer.summary.steps.iter().map(|step| step.iterations).sum();
+        let (iterations, energy) = (iterations(&answer.summary), answer.summary.answer.energy);
         if is_taken {
             self.answer = Some(answer);
         }
@@ -157,19 +156,20 @@ impl Team<'_, '_> {
     ///
     /// # Errors
     /// As [`Begun::solved`], the same at every rank.
-    fn take(&mut self, found: Option<(&Case, &WholeAnswer, usize)>) -> Result<(), Error> {
-        let case = found.map_or(self.case, |(case, ..)| case);
+    fn take(&mut self, found: Option<(&Case, &WholeAnswer, AnswerRecord)>) -> Result<(), Error> {
+        let case = found.as_ref().map_or(self.case, |(case, ..)| case);
         let begun = Begun::new(self.ranks);
         let share = share::of_whole(case, None, &*begun.ranks)?;
         let mut message = Vec::new();
-        if let Some((_, answer, iterations)) = found {
-            put(&[iterations as u64], &mut message);
-            message.extend(answer.to_bytes());
+        if let Some((_, answer, known)) = &found {
+            message = answer.to_bytes();
+            message.extend(serde_json::to_vec(known).unwrap_or_default());
         }
         let message = broadcast(&**self.ranks, message);
         let mut from = &message[..];
-        let iterations = take::<u64>(&mut from).first().map_or(0, |count| *count as usize);
-        let start = Some(Start::Answer(WholeAnswer::take(&mut from), iterations)).filter(|_| case.steps.is_empty());
+        let answer = WholeAnswer::take(&mut from);
+        let known = serde_json::from_slice(from).ok().filter(|_| case.steps.is_empty());
+        let start = known.map(|known| Start::Answer(answer, Box::new(known)));
         let keep = self.folder.map(|folder| Keep { folder: folder.to_path_buf(), resume: false, tell: |_| {} });
         let how = How { start, keep: keep.as_ref(), tell: None, look: None, of_case: false };
         self.answer = Some(begun.solved((case, share), how, self.observer)?.answer);
@@ -200,10 +200,11 @@ impl Team<'_, '_> {
             let of_cells = estimate.map_or(Vec::new(), Estimate::by_cell);
             answer.error = scattered(ranks, &answer.local.piece.cells, &of_cells);
         }
-        answer.summary.take_accuracy(error, accuracy);
-        if let Some(outcome) = &outcome {
-            answer.summary.take_seconds(&outcome.seconds);
-        }
+        take_accuracy(&mut answer.summary, error, accuracy);
+        // Those of all meshes, which rank 0 has.
+        let all = outcome.as_ref().map_or(Seconds::default(), |outcome| outcome.seconds);
+        answer.seconds = all;
+        take_cost(&mut answer.summary.answer, &of_all(&all, ranks), ranks);
         Ok(answer)
     }
 
@@ -274,7 +275,7 @@ impl<'a> Seen<'a> {
     fn ended(self, iterations: usize, seconds: Seconds, energy: f64, memory: Option<u64>) -> Option<SolvedLevel> {
         let Seen { last, indicators, .. } = self;
         let (prepared, mut outcome) = last?;
-        outcome.energy = Some(energy + prepared.loading.initial.energy);
+        outcome.energy = Some(energy);
         outcome.peak_memory = memory.or(outcome.peak_memory);
         outcome.solution.counts.cycles = outcome.solution.counts.cycles.max(iterations);
         outcome.seconds = seconds;
@@ -328,7 +329,7 @@ impl<'a, 'b> First<'a, 'b> {
             if let Some(case) = self.alone.take() {
                 self.team.told(TAKE);
                 let answer = WholeAnswer::of_outcome(&prepared, &outcome);
-                self.team.take(Some((&case, &answer, small::iterations(&outcome))))?;
+                self.team.take(Some((&case, &answer, AnswerRecord::of(&prepared, &outcome))))?;
             }
             Ok(Some(outcome))
         });

@@ -8,6 +8,7 @@ use crate::io::case;
 use crate::io::folder;
 use crate::ranks::threads;
 use crate::run::ranks::{ForPeople, check, write_on_ranks};
+use crate::run::results::Origin;
 use crate::run::whole::solve_case;
 
 const STEEL: &str = "[materials.steel]\nyoung = 21.19e10\npoisson = 0.277\nexpansion = 12e-6\n";
@@ -74,8 +75,8 @@ fn on_ranks(case: &Case, size: usize, most: usize, folder: &Path, resume: bool) 
     let keep = Keep { folder: folder.to_path_buf(), resume, tell: |_| {} };
     let accuracy = case.accuracy.unwrap();
     let mut all = threads(size, |ranks| {
-        let found = refined((case, &accuracy), &ranks, Some(&keep), &mut |_| ControlFlow::Continue(()), most)?;
-        write_on_ranks(&found, folder, ForPeople::default(), &*ranks)?;
+        let mut found = refined((case, &accuracy), &ranks, Some(&keep), &mut |_| ControlFlow::Continue(()), most)?;
+        write_on_ranks(&mut found, folder, &Origin::default(), ForPeople::default(), &*ranks)?;
         Ok(found)
     });
     let same = |found: &Result<RankedAnswer, Error>| match (found, &all[0]) {
@@ -129,9 +130,10 @@ fn agrees(case: &Case, name: &str, sizes: &[usize], limits: &[usize]) {
         let summary = &answer.summary;
         let reached = summary.accuracy.as_ref().unwrap();
         assert_eq!((reached.reached, &reached.ended), (record.reached, &record.ended), "{at}");
-        assert!(summary.status == Status::Solved && summary.certificate.passed, "{at}: {summary}");
+        assert!(summary.answer.status == Status::Solved && summary.answer.certificate.passed, "{at}: {summary}");
         // That of a level is the largest of all load steps.
-        let (error, largest_error) = (summary.discretisation_error.unwrap(), serial.levels.last().unwrap().error);
+        let (error, largest_error) =
+            (summary.answer.discretisation_error.unwrap(), serial.levels.last().unwrap().error);
         assert!(close(error, largest_error) || !case.steps.is_empty() && error < largest_error, "{at}: {error}");
         let worst = answer.displacements().iter().fold(0.0, |worst: f64, (node, u)| {
             (0..3).map(|c| (u[c] - serial.displacement[3 * *node as usize + c]).abs()).fold(worst, f64::max)
@@ -139,7 +141,7 @@ fn agrees(case: &Case, name: &str, sizes: &[usize], limits: &[usize]) {
         assert!(worst <= 1e-6 * largest, "{at}: {worst:e}");
         let text = summary.to_string();
         assert!(text.contains("accuracy") && text.contains("within"), "{text}");
-        assert_eq!(summary.found_by_first, most == usize::MAX && case.steps.is_empty(), "{at}");
+        assert_eq!(summary.found_by_first(), most == usize::MAX && case.steps.is_empty(), "{at}");
         let cells = folder::read_text(&folder.join("result.pvtu")).unwrap();
         assert!(cells.contains("\"error\""), "{cells}");
     }

@@ -5,7 +5,6 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::local::Local;
-use super::record::RankedSummary;
 use super::share::name;
 use super::solve::RankedAnswer;
 use super::write::{AtPoint, ForPeople};
@@ -15,10 +14,10 @@ use crate::io::units::Units;
 use crate::mesh::v3::V3;
 use crate::mesh::{ascending, border};
 use crate::ranks::{Ranks, Wire, gather, put, take};
-use crate::run::results::SurfaceFields;
-use crate::run::results::page::write_page;
+use crate::run::results::page::{case_in, write_page};
 use crate::run::results::pictures::{self, draw, node_error};
 use crate::run::results::view::{at_nodes, view_of_surfaces};
+use crate::run::results::{Summary, SurfaceFields};
 
 /// The surfaces of all ranks.
 #[derive(Debug, Default)]
@@ -56,7 +55,7 @@ impl Shown {
         let mut message = Vec::new();
         let von_mises: Vec<f64> = stress.iter().map(von_mises).collect();
         let von_mises = at_nodes(&piece.mesh, &von_mises);
-        let mean = answer.summary.discretisation_error.unwrap_or(0.0);
+        let mean = answer.summary.answer.discretisation_error.unwrap_or(0.0);
         let of_cells: Vec<f32> = answer.error.iter().map(|&error| error as f32).collect();
         let error = node_error(&piece.mesh, &of_cells, mean).filter(|_| !of_cells.is_empty());
         let on_boundary = |v: usize| -> OnBoundary {
@@ -109,7 +108,7 @@ impl Shown {
     pub(super) fn draw(&self, answer: &RankedAnswer, folder: &Path) -> Result<Vec<String>, Error> {
         let summary = &answer.summary;
         let borders: Vec<Vec<u32>> = self.faces.iter().map(|nodes| border(nodes)).collect();
-        let error = self.error.clone().zip(summary.discretisation_error);
+        let error = self.error.clone().zip(summary.answer.discretisation_error);
         let shown = pictures::Shown {
             title: &summary.title,
             units: Units::of(summary.units.as_deref()),
@@ -118,8 +117,9 @@ impl Shown {
             displacement: &self.displacement,
             error,
             surfaces: &self.surfaces,
-            convergence: (summary.contact.points > 0).then_some((&answer.history, summary.certificate.tolerance)),
-            steps: summary.steps.iter().map(|step| (step.t, &step.contact, None)).collect(),
+            convergence: (summary.answer.contact.points > 0)
+                .then_some((&answer.history, summary.answer.certificate.tolerance)),
+            steps: summary.steps.iter().map(|step| (step.t, &step.answer.contact, Some(&step.balance))).collect(),
         };
         draw(folder, &shown)
     }
@@ -128,11 +128,10 @@ impl Shown {
     ///
     /// # Errors
     /// If it cannot be written.
-    pub(super) fn write_report(&self, summary: &RankedSummary, folder: &Path) -> Result<(), Error> {
+    pub(super) fn write_report(&self, summary: &Summary, folder: &Path) -> Result<(), Error> {
         let nodes = (&self.points[..], &self.displacement[..], &self.von_mises[..]);
         let view = view_of_surfaces(nodes, &self.faces, &self.surfaces, Units::of(summary.units.as_deref()))?;
-        // Ranks write no case: a file of that name is of an earlier run.
-        write_page(folder, &summary.clone().into(), "", &view).map(|_| ())
+        write_page(folder, summary, &case_in(folder)?, &view).map(|_| ())
     }
 }
 

@@ -7,7 +7,6 @@ use std::ops::ControlFlow;
 use super::gather::{AtPoints, WholeAnswer};
 use super::keep::Kept;
 use super::local::{Local, changes};
-use super::record::RankedStep;
 use super::scope::is_left_to_all;
 use super::solve::Everywhere;
 use super::steps::put_state;
@@ -22,7 +21,7 @@ use crate::ranks::{broadcast, put, take};
 use crate::run::pose::axis::Position;
 use crate::run::pose::loads::end;
 use crate::run::pose::{Prepared, prepare};
-use crate::run::solve::{Event, Outcome, Settings, SolutionsRecord, Step, solve, solve_steps};
+use crate::run::solve::{AnswerRecord, Event, Settings, SlidingRecord, Step, StepRecord, solve, solve_steps};
 use crate::solve::SolveEvent;
 
 /// Unknowns of the whole up to which one rank solves it: seconds, and some 100 MB.
@@ -31,11 +30,20 @@ pub(super) const MOST_UNKNOWNS: usize = 20_000;
 /// What rank 0 has found, as every rank has judged it.
 pub(super) struct ByFirst {
     pub last: Found,
-    pub steps: Vec<RankedStep>,
-    /// What further starts have found, if they were asked for, and of the solutions beside the last answer displacements and multipliers
-    /// here.
-    pub solutions: Option<SolutionsRecord>,
+    pub steps: Vec<StepRecord>,
+    /// What rank 0 knows of the last answer.
+    pub answer: AnswerRecord,
+    /// Of the solutions beside it displacements and multipliers here.
     pub others: Vec<[Vec<f64>; 2]>,
+}
+
+/// What became of it.
+#[derive(Default)]
+pub(super) struct Tried {
+    /// `None` on every rank if rank 0 finds nothing either, or the ranks find that it does not pass.
+    pub found: Option<ByFirst>,
+    /// Where rank 0 has found nothing: the limit load of friction, if that may be why.
+    pub sliding: Option<SlidingRecord>,
 }
 
 /// What rank 0 has found: the answer of each increment, or the only one, and what is known of them.
@@ -45,13 +53,11 @@ struct FoundAlone {
     others: Vec<WholeAnswer>,
     /// Where the increment after each begins, as [`Position::write`] says it.
     at: Vec<u64>,
-    steps: Vec<RankedStep>,
-    solutions: Option<SolutionsRecord>,
-    iterations: u64,
+    steps: Vec<StepRecord>,
+    answer: AnswerRecord,
 }
 
-/// Solves the case on rank 0, from its beginning. `None` on every rank if it finds nothing either, or the ranks find that it does not pass.
-/// Increments that were kept make way for those that it finds.
+/// Solves the case on rank 0, from its beginning. Increments that were kept make way for those that it finds.
 ///
 /// # Errors
 /// As [`put_state`] and [`Kept::add`].
@@ -61,13 +67,28 @@ pub(super) fn by_first(
     multigrid: &mut Multigrid,
     kept: Option<&mut Kept>,
     observer: &mut Watch<Progress>,
-) -> Result<Option<ByFirst>, Error> {
+) -> Result<Tried, Error> {
     if is_left_to_all(case) {
-        return Ok(None);
+        return Ok(Tried::default());
     }
     let ranks = std::sync::Arc::clone(&local.division.ranks);
     let message = if ranks.rank() == 0 { answer(case, observer).unwrap_or_default() } else { Vec::new() };
-    let Some(mut found) = FoundAlone::take(&broadcast(&*ranks, message)) else { return Ok(None) };
+    let message = broadcast(&*ranks, message);
+    let Some(found) = FoundAlone::take(&message) else {
+        let sliding = message.get(1..).and_then(|rest| serde_json::from_slice(rest).ok());
+        return Ok(Tried { sliding: sliding.flatten(), ..Tried::default() });
+    };
+    Ok(Tried { found: judged(found, case, (local, multigrid), kept)?, sliding: None })
+}
+
+/// What rank 0 has found, if the ranks find that it passes.
+fn judged(
+    mut found: FoundAlone,
+    case: &Case,
+    (local, multigrid): (&mut Local, &mut Multigrid),
+    kept: Option<&mut Kept>,
+) -> Result<Option<ByFirst>, Error> {
+    let ranks = std::sync::Arc::clone(&local.division.ranks);
     // All are judged before the first one is kept.
     let Some(mut last) = found.each(case, (local, multigrid), &mut |_, _, _| Ok(()))? else { return Ok(None) };
     let Some(others) = found.others(case, (local, multigrid))? else { return Ok(None) };
@@ -82,11 +103,11 @@ pub(super) fn by_first(
         let Some(again) = found.each(case, (local, multigrid), &mut keep)? else { return Ok(None) };
         last = again;
     }
-    let FoundAlone { steps, solutions, .. } = found;
-    Ok(Some(ByFirst { last, steps, solutions, others }))
+    let FoundAlone { steps, answer, .. } = found;
+    Ok(Some(ByFirst { last, steps, answer, others }))
 }
 
-/// What a run on one machine finds, as a message.
+/// What a run on one machine finds, as a message that begins with 1; of one that finds nothing a 0, and the limit load of friction.
 fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Vec<u8>> {
     let mut prepared = prepare(case).ok()?;
     let settings = Settings::of(&case.solver);
@@ -111,32 +132,33 @@ fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Vec<u8>> {
     let outcome = outcome.ok()?;
     // Displacements there leave out what supports have in common; here they do not.
     if outcome.solution.status != Status::Solved || travels || prepared.loading.travel != [0.0; 3] {
-        return None;
+        let sliding = outcome.sliding.as_ref().map(|sliding| SlidingRecord::of(&prepared, sliding));
+        return Some([vec![0], serde_json::to_vec(&sliding).ok()?].concat());
     }
-    let solutions = outcome.solutions.as_ref().map(|found| SolutionsRecord::of(&prepared, found));
     let others = outcome.solutions.iter().flat_map(|found| found.distinct.iter().skip(1));
     let others: Vec<WholeAnswer> = others.map(|other| WholeAnswer::of_solution(&prepared, other)).collect();
-    let mut message = Vec::new();
-    put(&[iterations(&outcome), answers.len(), others.len()].map(|count| count as u64), &mut message);
+    let mut message = vec![1];
     put(&at, &mut message);
+    put(&[answers.len(), others.len()].map(|count| count as u64), &mut message);
     answers.iter().chain(&others).for_each(|answer| message.extend(answer.to_bytes()));
-    message.extend(serde_json::to_vec(&(steps(&outcome), solutions)).ok()?);
+    message.extend(serde_json::to_vec(&(&outcome.steps, AnswerRecord::of(&prepared, &outcome))).ok()?);
     Some(message)
 }
 
 impl FoundAlone {
-    /// From a message; an empty one is none.
-    fn take(mut from: &[u8]) -> Option<Self> {
-        if from.is_empty() {
+    /// From a message, if it is one of answers.
+    fn take(message: &[u8]) -> Option<Self> {
+        let (found, mut from) = message.split_first()?;
+        if *found == 0 {
             return None;
         }
-        let numbers: Vec<u64> = take(&mut from);
         let at = take(&mut from);
-        let [iterations, count, others] = numbers[..] else { return None };
+        let counts: Vec<u64> = take(&mut from);
+        let [count, others] = counts[..] else { return None };
         let mut all = |count: u64| (0..count).map(|_| WholeAnswer::take(&mut from)).collect::<Vec<_>>();
         let (answers, others) = (all(count), all(others));
-        let (steps, solutions) = serde_json::from_slice(from).ok()?;
-        Some(FoundAlone { answers, others, at, steps, solutions, iterations })
+        let (steps, answer) = serde_json::from_slice(from).ok()?;
+        Some(FoundAlone { answers, others, at, steps, answer })
     }
 
     /// Displacements and multipliers here of the solutions beside the last answer, judged by all ranks, whose measure of each
@@ -152,9 +174,9 @@ impl FoundAlone {
         let t = self.steps.last().map_or(end(case), |step| step.t);
         let mut others = Vec::new();
         for (k, answer) in (1..).zip(&self.others) {
-            let taken = taken(case, (local, multigrid), answer, t, self.iterations as usize)?;
+            let taken = taken(case, (local, multigrid), answer, t, &self.answer)?;
             let Some(found) = taken.filter(|found| found.solution.status == Status::Solved) else { return Ok(None) };
-            if let Some(record) = self.solutions.as_mut().and_then(|found| found.distinct.get_mut(k)) {
+            if let Some(record) = self.answer.solutions.as_mut().and_then(|found| found.distinct.get_mut(k)) {
                 record.worst = found.solution.certificate.worst;
             }
             others.push([found.everywhere.free, found.everywhere.lambda]);
@@ -175,7 +197,7 @@ impl FoundAlone {
         let mut last = None;
         for (k, answer) in self.answers.iter().enumerate() {
             let t = self.steps.get(k).map_or(end(case), |step| step.t);
-            let taken = taken(case, (local, multigrid), answer, t, self.iterations as usize)?;
+            let taken = taken(case, (local, multigrid), answer, t, &self.answer)?;
             let Some(found) = taken.filter(|found| found.solution.status == Status::Solved) else { return Ok(None) };
             note_where_it_stands(local, &found.everywhere.free, t);
             each(local, &found, k)?;
@@ -185,33 +207,7 @@ impl FoundAlone {
     }
 }
 
-/// Iterations or cycles of an answer.
-pub(super) fn iterations(outcome: &Outcome) -> usize {
-    outcome.solution.counts.cycles.max(outcome.solution.counts.newton_steps)
-}
-
-fn steps(outcome: &Outcome) -> Vec<RankedStep> {
-    let steps = outcome.steps.iter().map(|step| RankedStep {
-        name: step.name.clone(),
-        t: step.t,
-        status: step.answer.status,
-        iterations: step.answer.counts.steps(),
-        certificate: step.answer.certificate.clone(),
-        contact: step.answer.contact.clone(),
-        pairs: step.answer.pairs.clone(),
-        overlaps: step.answer.overlaps.clone(),
-        smallness: step.answer.smallness.clone(),
-        unheld: step.answer.unheld.clone(),
-        adrift: step.answer.adrift.clone(),
-        held_by_facets: step.answer.held_by_facets.clone(),
-        bodies: step.answer.bodies.clone(),
-        bolts: step.answer.bolts.clone(),
-        couplings: step.answer.couplings.clone(),
-    });
-    steps.collect()
-}
-
-/// What of an answer at time `t` is here, judged by all ranks. `None` if points here are not known to it.
+/// What of an answer at time `t` is here, judged by all ranks; `of_first` is what rank 0 knows of it. `None` if points here are not known to it.
 ///
 /// # Errors
 /// As [`put_state`].
@@ -220,7 +216,7 @@ pub(super) fn taken(
     (local, multigrid): (&mut Local, &mut Multigrid),
     answer: &WholeAnswer,
     t: f64,
-    iterations: usize,
+    of_first: &AnswerRecord,
 ) -> Result<Option<Found>, Error> {
     let m = local.problem.points();
     let at_points = answer.at_points_of(local).filter(|_| answer.u.len() as u64 == local.sizes[0]);
@@ -247,7 +243,7 @@ pub(super) fn taken(
         lambda: (0..3).flat_map(|r| own.iter().map(move |&j| r * m + j as usize)).map(|i| lambda[i]).collect(),
         states: own.iter().map(|&j| states[j as usize]).collect(),
         certificate,
-        counts: Counts { cycles: iterations, ..Counts::default() },
+        counts: Counts { cycles: of_first.counts.steps(), ..Counts::default() },
         history: Vec::new(),
     };
     let everywhere = Everywhere { free, u, lambda, states };

@@ -3,26 +3,23 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use super::bolts::states;
-use super::estimate::add_estimate;
+use super::estimate::{add_estimate, estimate};
 use super::facts::facts;
 use super::gather::WholeAnswer;
 use super::keep::{Keep, Kept, widened_before};
 use super::local::{Local, local};
 use super::loose::move_back;
-use super::record::{RankRecord, RankedStep, RankedSummary};
+use super::record::{RankRecord, RanksRecord};
 use super::refine::refined;
 use super::remarks::{Remarks, couples, largest_displacement, look as look_at};
 use super::report::{Known, rows};
 use super::share::Share;
 use super::statics::Statics;
 use super::steps::slid as sliding;
-use super::ties::coupling_states;
 use super::tighten::{Answer, Found, March, Solver};
 use super::timed::note_where_it_stands;
-use super::totals::totals;
 use super::tractions::tractions;
-use super::{nested, room, scope, share, small};
+use super::{energy, nested, record, room, scope, share, small};
 use crate::Error;
 use crate::certificate::ghost_values;
 use crate::contact::ContactProblem;
@@ -33,17 +30,18 @@ use crate::io::case::Case;
 use crate::io::machine;
 use crate::linalg::{Stop, Watch};
 use crate::mesh::v3::{V3, add, scale};
-use crate::ranks::{Counted, Ranks, Traffic, agree, broadcast, gather_all, sum};
+use crate::ranks::{Counted, Ranks, Traffic, agree, broadcast, gather_all, max, sum};
 use crate::run::pose::axis::Position;
 use crate::run::pose::bolts::Target;
 use crate::run::pose::loads::end;
 use crate::run::pose::{Seconds, Span, stopwatch};
-use crate::run::results::Row;
 use crate::run::results::facts_text::problem_rows;
-use crate::run::solve::Totals;
+use crate::run::results::report::Laws;
+use crate::run::results::{Row, Summary, Versions};
 use crate::run::solve::extrapolation::KEPT;
 use crate::run::solve::passing::{Searches, with_searches};
 use crate::run::solve::tractions::Traction;
+use crate::run::solve::{AnswerRecord, BalanceRecord, StepRecord};
 use crate::run::whole::{MOST_WIDENINGS, Stage};
 use crate::solve::multigrid_cycles;
 
@@ -66,10 +64,12 @@ pub struct RankedAnswer {
     /// Estimated error of the stress of each cell here, see [`Estimate::by_cell`](crate::accuracy::Estimate::by_cell); empty where the
     /// loads carry a body away.
     pub(super) error: Vec<f64>,
+    /// Times of this rank.
+    pub(super) seconds: Seconds,
     /// What was told of each cycle of the last increment.
     pub history: Vec<Progress>,
     /// The same on every rank.
-    pub summary: RankedSummary,
+    pub summary: Summary,
 }
 
 impl RankedAnswer {
@@ -122,7 +122,7 @@ pub fn solve_steps_on_ranks(
         match with_searches(&case, &needed).filter(|_| widenings < MOST_WIDENINGS) {
             Some(wider) => (case, widenings) = (wider, widenings + 1),
             None => {
-                add_estimate(&case, &mut answer, &**ranks);
+                add_estimate(&case, &mut answer);
                 return Ok(answer);
             }
         }
@@ -143,8 +143,8 @@ fn tell_again(keep: Option<&Keep>, answer: &RankedAnswer, ranks: &dyn Ranks) {
 pub(super) enum Start {
     /// Displacements of the nodes here along x, y, z, length.
     Displacements(Vec<V3>),
-    /// The answer, to be judged.
-    Answer(WholeAnswer, usize),
+    /// The answer, to be judged, with what rank 0 knows of it.
+    Answer(WholeAnswer, Box<AnswerRecord>),
 }
 
 /// Told of every answer: of each increment as it is solved, or of the only one at last. All ranks are, and an error of one of them is one of all.
@@ -166,9 +166,8 @@ pub(super) struct How<'a> {
 /// An answer with what the loop over meshes wants to know of it.
 pub(super) struct Solved {
     pub answer: RankedAnswer,
+    /// Of all ranks, see [`record::of_all`].
     pub seconds: Seconds,
-    /// `1/2 u'Ku - f'u` over all degrees of freedom of all ranks.
-    pub energy: f64,
     /// How far the surfaces of contacts have to be looked for.
     pub needed: Searches,
 }
@@ -219,20 +218,21 @@ impl Begun {
         };
         let mut kept =
             keep.filter(|_| !case.steps.is_empty()).map(|keep| Kept::begin(keep, case, &local)).transpose()?;
-        let (mut solutions, mut others) = (None, Vec::new());
+        let (mut sliding, mut of_first, mut others) = (None, None, Vec::new());
         let mut by_first = None;
-        if let Some(Start::Answer(answer, iterations)) = &start {
-            let found = small::taken(case, (&mut local, &mut multigrid), answer, end(case), *iterations)?;
+        if let Some(Start::Answer(answer, known)) = &start {
+            let found = small::taken(case, (&mut local, &mut multigrid), answer, end(case), known)?;
+            of_first = found.is_some().then(|| (**known).clone());
             by_first = found.map(|found| (found, Vec::new()));
         } else if asked {
-            let found = small::by_first(case, &mut local, &mut multigrid, kept.as_mut(), observer)?;
-            by_first = found.map(|found| {
-                (solutions, others) = (found.solutions, found.others);
+            let tried = small::by_first(case, &mut local, &mut multigrid, kept.as_mut(), observer)?;
+            sliding = tried.sliding;
+            by_first = tried.found.map(|found| {
+                (of_first, others) = (Some(found.answer), found.others);
                 (found.last, found.steps)
             });
         }
-        let mut alone = by_first.is_some();
-        let looks = !alone && look.is_none();
+        let looks = by_first.is_none() && look.is_none();
         let mut statics = if looks { Statics::new(case, &local, &multigrid) } else { Statics::none() };
         let (mut found, mut steps, mut remarks) = match by_first {
             Some((mut found, steps)) => {
@@ -247,44 +247,55 @@ impl Begun {
             }
         };
         let unsolved = matches!(found.solution.status, Status::Stalled | Status::MaxIterations);
-        if unsolved
-            && looks
-            && !asked
-            && unknowns(&local) <= small::MOST_UNKNOWNS
-            && let Some(other) = small::by_first(case, &mut local, &mut multigrid, kept.as_mut(), observer)?
-        {
-            let before = found.solution.counts.cycles;
-            (found, steps, alone) = (other.last, other.steps, true);
-            let t = steps.last().map_or(end(case), |step| step.t);
-            remarks = look_at(case, (&local, multigrid.motions()), &mut None, &mut found, t)?;
-            found.solution.counts.cycles += before;
+        if unsolved && looks && !asked && unknowns(&local) <= small::MOST_UNKNOWNS {
+            let tried = small::by_first(case, &mut local, &mut multigrid, kept.as_mut(), observer)?;
+            sliding = tried.sliding;
+            if let Some(mut other) = tried.found {
+                other.answer.counts.cycles += found.solution.counts.cycles;
+                (found, steps, of_first) = (other.last, other.steps, Some(other.answer));
+                let t = steps.last().map_or(end(case), |step| step.t);
+                remarks = look_at(case, (&local, multigrid.motions()), &mut None, &mut found, t)?;
+            }
         }
         let escape = statics.escape.filter(|_| found.solution.status == Status::NoEquilibrium);
         if escape.is_some() {
             remarks = Remarks { micromotions: remarks.micromotions, ..Remarks::default() };
         }
-        let Found { solution, everywhere: here, shortening } = &found;
-        let tractions = tractions(&local, &here.lambda);
-        let (contact, pairs) = totals(&local, &multigrid, solution, &tractions);
-        let energy = energy(&local, &here.free);
+        let tractions = tractions(&local, &found.everywhere.lambda);
+        let t = steps.last().map_or(end(case), |step| step.t);
+        let mut answer = record::answer(case, (&local, &multigrid), &found, &remarks, &tractions, t);
+        answer.escape_mode = escape.as_ref().map(|escape: &Escape| escape.motion.clone());
+        answer.sliding = sliding.filter(|_| matches!(answer.status, Status::Stalled | Status::MaxIterations));
+        if let Some(last) = steps.last_mut() {
+            (last.answer.escape_mode, last.answer.sliding) = (answer.escape_mode.clone(), answer.sliding.clone());
+        }
+        let found_by_first = of_first.is_some();
+        of_first.into_iter().for_each(|of_first| record::take_way(&mut answer, of_first));
         let (couples, displacement) = (couples(&local, &found), largest_displacement(&local, &found));
         seconds.iteration = lap();
         let traffic = since(before, counted.traffic());
-        let summary = summary(case, &local, &multigrid, (solution, contact, steps), displacement.0, &seconds, traffic);
-        let t = summary.steps.last().map_or(end(case), |step| step.t);
-        let couplings = coupling_states(&local, here, t);
-        let summary = summary.with_bolts(states(&local, &here.u, shortening)).with_couplings(couplings);
-        let mut summary = summary.found_by_first(alone);
-        (summary.problem, summary.solutions) = (problem, solutions);
-        summary.pairs = remarks.pairs(pairs);
-        summary.escape_mode = escape.as_ref().map(|escape: &Escape| escape.motion.clone());
-        let Remarks { overlaps, smallness, unheld, adrift, held_by_facets, needed, .. } = remarks;
-        (summary.overlaps, summary.smallness, summary.unheld) = (overlaps, smallness, unheld);
-        (summary.adrift, summary.held_by_facets) = (adrift, held_by_facets);
-        let step = summary.steps.last().and_then(|last| case.steps.iter().position(|step| step.name == last.name));
+        let parts = RanksRecord { found_by_first, ..parts(&local, &multigrid, cycles(&answer, &steps), traffic) };
+        let step = steps.last().and_then(|last| case.steps.iter().position(|step| step.name == last.name));
         let targets = local.bolts.iter().filter_map(|bolt| bolt.bolt.target(step.unwrap_or(0), t).ok()).collect();
-        let (certificate, restarts) = (&solution.certificate, solution.counts.restarts);
-        let known = Known { certificate, couples: &couples, displacement, escape: escape.as_ref(), targets, restarts };
+        let mut summary = Summary {
+            title: case.title.clone(),
+            units: case.units.clone(),
+            answer,
+            overrides: Vec::new(),
+            versions: Versions::default(),
+            balance: steps.last().map(|last| last.balance),
+            steps,
+            fretting: Vec::new(),
+            accuracy: None,
+            bound: None,
+            command: None,
+            problem,
+            report: Vec::new(),
+            pictures: Vec::new(),
+            ranks: Some(parts),
+        };
+        let (certificate, laws) = (&found.solution.certificate, laws(&local));
+        let known = Known { certificate, couples: &couples, displacement, escape: escape.as_ref(), targets, laws };
         summary.report = rows(case, &summary, known);
         // What looks at the only answer of a case has room then.
         drop(multigrid);
@@ -292,13 +303,35 @@ impl Begun {
             look(&local, &found, end(case))?;
             seconds.output = lap();
         }
+        let of_all = record::of_all(&seconds, &*ranks);
+        record::take_cost(&mut summary.answer, &of_all, &*ranks);
         let Found { solution, everywhere: Everywhere { u, free, lambda, states }, shortening, .. } = found;
         let history = solution.history;
         let (tractions, error) = (tractions.points, Vec::new());
-        let answer =
-            RankedAnswer { local, u, free, lambda, tractions, states, shortening, others, error, history, summary };
-        Ok(Solved { answer, seconds, energy, needed })
+        let answer = RankedAnswer {
+            local,
+            u,
+            free,
+            lambda,
+            tractions,
+            states,
+            shortening,
+            others,
+            error,
+            seconds,
+            history,
+            summary,
+        };
+        Ok(Solved { answer, seconds: of_all, needed: remarks.needed })
     }
+}
+
+/// Which laws the points of all ranks have.
+fn laws(local: &Local) -> Laws {
+    let Laws { cohesive, coulomb } = Laws::of(&local.problem.contact.friction);
+    let mut any = [cohesive, coulomb].map(|any| f64::from(u8::from(any)));
+    max(&*local.division.ranks, &mut any);
+    Laws { cohesive: any[0] > 0.0, coulomb: any[1] > 0.0 }
 }
 
 impl Start {
@@ -325,7 +358,7 @@ pub(super) fn march(
     (settings, start, statics): (friction::Settings, Option<Vec<f64>>, &mut Statics),
     (mut kept, mut look): (Option<&mut Kept>, Option<&mut Look>),
     observer: &mut Watch<Progress>,
-) -> Result<(Found, Vec<RankedStep>, Remarks), Error> {
+) -> Result<(Found, Vec<StepRecord>, Remarks), Error> {
     let ranks = Arc::clone(&local.division.ranks);
     let mut stopped = false;
     let mut watch = |progress: &Progress| {
@@ -334,13 +367,15 @@ pub(super) fn march(
     };
     let (slid, shortening) = (vec![0.0; 2 * local.problem.points()], vec![0.0; local.bolts.len()]);
     let (lost, answers) = (Vec::new(), Vec::new());
-    let mut march = March { at: Position::start(), slid, shortening, lost, answers, start, moved: None };
+    let (at, body) = (Position::start(), energy::at_rest(local));
+    let mut march = March { at, slid, shortening, lost, answers, start, moved: None, body };
     let mut steps = Vec::new();
     if let Some(finished) = kept.as_mut().and_then(|kept| kept.finished()) {
         steps = march.go_on(finished, local, case)?;
     }
     let max_iterations = settings.max_iterations;
-    let mut solver = Solver { local, multigrid, own, case, settings, observer: &mut watch };
+    let mut solver = Solver { local, multigrid, own, case, settings, observer: &mut watch, attempts: 0 };
+    let mut lap = stopwatch();
     loop {
         let span = march.at.span(&case.steps);
         let t = span.map_or(end(case), |[_, t]| t);
@@ -372,18 +407,22 @@ pub(super) fn march(
         let (before, tolerance) = (march.answers.last().map(|answer| &answer.u[..]), solver.settings.tolerance);
         move_back(solver.local, solver.multigrid.motions(), before, tolerance, &mut found);
         let remarks = look_at(case, (solver.local, solver.multigrid.motions()), &mut march.moved, &mut found, t)?;
-        if span.is_none() {
-            return Ok((found, steps, remarks));
-        }
+        let Some([begin, t]) = span else { return Ok((found, steps, remarks)) };
         let solved = found.solution.status == Status::Solved;
         look.as_mut().map_or(Ok(()), |look| look(solver.local, &found, t))?;
         let tractions = tractions(solver.local, &found.everywhere.lambda);
-        let contact = totals(solver.local, solver.multigrid, &found.solution, &tractions);
-        let bolts = states(solver.local, &found.everywhere.u, &found.shortening);
-        let couplings = coupling_states(solver.local, &found.everywhere, t);
+        let of = (&*solver.local, &*solver.multigrid);
+        let mut answer = record::answer(case, of, &found, &remarks, &tractions, t);
+        if answer.status != Status::NoEquilibrium {
+            answer.discretisation_error = Some(estimate(case, of.0, &found.everywhere.u, &found.shortening).0);
+        }
+        let seconds = Seconds { iteration: lap(), ..Seconds::default() };
+        record::take_cost(&mut answer, &record::of_all(&seconds, &*ranks), &*ranks);
+        march.body = energy::after(of.0, &mut march.body, &found.everywhere, t);
         let name = case.steps.get(march.at.step).map_or(String::new(), |step| step.name.clone());
-        let step = RankedStep::new((name, t), &found.solution, contact, &remarks);
-        steps.push(step.with_bolts(bolts).with_couplings(couplings));
+        let attempts = std::mem::take(&mut solver.attempts);
+        let balance = BalanceRecord::of(&march.body.balance);
+        steps.push(StepRecord { step: steps.len() + 1, name, t, dt: t - begin, attempts, answer, balance });
         march.at = march.at.advance(&case.steps);
         if let Some(kept) = &mut kept {
             let Everywhere { free, lambda, states, .. } = &found.everywhere;
@@ -403,22 +442,6 @@ pub(super) fn march(
         }
         march.shortening = found.shortening;
     }
-}
-
-/// `1/2 u'Ku - f'u` over all degrees of freedom of all ranks; `u` are displacements of all unknowns here.
-fn energy(local: &Local, u: &[f64]) -> f64 {
-    let (problem, division) = (&local.problem, &local.division);
-    let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
-    let of = |nodes: &[u32], elastic: Vec<f64>, load: &[f64], u: &[f64]| -> f64 {
-        let own = (0..u.len()).filter(|&i| division.is_own(nodes[i]));
-        own.map(|i| (0.5 * elastic[i] - load[i]) * u[i]).sum()
-    };
-    let mut sums = [of(labels, problem.elastic.K.times(u), &problem.elastic.f, u)];
-    if let Some(held) = &problem.labels.supports {
-        sums[0] += of(&division.supports, held.K_own.times(&held.displacement), &held.load, &held.displacement);
-    }
-    sum(&*division.ranks, &mut sums);
-    sums[0]
 }
 
 /// Unknown displacements of all ranks.
@@ -501,22 +524,19 @@ pub(super) fn axes(local: &Local, j: usize) -> (u32, [V3; 3]) {
     (dofs.mesh_node(node), axes)
 }
 
-fn summary(
-    case: &Case,
-    local: &Local,
-    multigrid: &Multigrid,
-    (solution, contact, steps): (&Solution, Totals, Vec<RankedStep>),
-    displacement: f64,
-    seconds: &Seconds,
-    traffic: Traffic,
-) -> RankedSummary {
+/// Cycles of all load steps, or of the only answer; at least one.
+fn cycles(answer: &AnswerRecord, steps: &[StepRecord]) -> usize {
+    let of_steps: usize = steps.iter().map(|step| step.answer.counts.steps()).sum();
+    of_steps.max(answer.counts.steps()).max(1)
+}
+
+/// What the ranks have had and sent in so many cycles.
+fn parts(local: &Local, multigrid: &Multigrid, cycles: usize, traffic: Traffic) -> RanksRecord {
     let ranks = &*local.division.ranks;
-    let [nodes, ghosts] = multigrid.nodes_here();
-    let of_steps: usize = steps.iter().map(|step| step.iterations).sum();
-    let cycles = of_steps.max(solution.counts.cycles).max(1) as f64;
-    let per_cycle = |count: u64| count as f64 / cycles;
+    let [own, ghosts] = multigrid.nodes_here();
+    let per_cycle = |count: u64| count as f64 / cycles as f64;
     let record = RankRecord {
-        nodes,
+        nodes: own,
         ghosts,
         points: multigrid.own_points().len(),
         exchanges_per_cycle: per_cycle(traffic.halo_exchanges),
@@ -526,7 +546,6 @@ fn summary(
         peak_memory_bytes: machine::peak_memory(),
     };
     let records = gather_all(ranks, record.to_bytes()).iter().map(|bytes| RankRecord::from_bytes(bytes)).collect();
-    RankedSummary::new(case, local.sizes, solution, contact, (unknowns(local), displacement), records, seconds)
-        .with_levels(multigrid.level_sizes())
-        .with_steps(steps)
+    let [nodes, cells] = local.sizes;
+    RanksRecord { nodes, cells, found_by_first: false, levels: multigrid.level_sizes(), ranks: records }
 }

@@ -2,6 +2,7 @@
 //! Stiffness and `B` stand, so that one hierarchy serves all steps.
 
 use super::bolts::add_forces;
+use super::energy;
 use super::local::{Local, fixes, is_stressed, loads};
 use super::solve::axes;
 use super::timed::laws;
@@ -13,7 +14,7 @@ use crate::mesh::v3::{dot, scale};
 use crate::run::pose::bolts::Bolt;
 use crate::run::pose::frames::PointFrame;
 use crate::run::pose::interface::forces_of;
-use crate::run::pose::load_state::{Acting, Initial, acting, jump, refuse_dragging, translation};
+use crate::run::pose::load_state::{Acting, acting, jump, refuse_dragging, translation};
 use crate::run::pose::place;
 
 /// Puts loads and prescribed displacements at time `t` into the problem, with the bolts drawn together by `shortening`, where each
@@ -26,7 +27,7 @@ pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], sh
     let (bolts, own): (Vec<&Bolt>, _) = (local.bolts.iter().map(|b| &b.bolt).collect(), |v| local.division.is_own(v));
     let acting = acting(&solid, loads.iter().zip(spots), (&bolts, &own), t)?;
     let Acting { force: mut forces, strained, thermal_force } = acting;
-    let (strain, rise) = strained.map_or(Default::default(), |strained| (strained.strain, strained.rise));
+    let strained = energy::initial(local, strained, thermal_force, shortening);
     local.couplings.iter().try_for_each(|coupling| coupling.add_forces(t, &mut forces))?;
     dofs.to_components(&mut forces);
     add_forces(local, shortening, &mut forces);
@@ -63,7 +64,7 @@ pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], sh
     model.support_load = support_load;
     model.dofs.value = dofs.value;
     local.motion = motion;
-    local.initial = Initial { strain, rise, thermal_force, ..Initial::default() };
+    local.initial = strained;
     Ok(())
 }
 

@@ -4,25 +4,25 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use super::bolts;
 use super::keep::Finished;
 use super::local::{Local, changes};
 use super::outside::moved;
-use super::record::RankedStep;
-use super::scope;
 use super::solve::{Everywhere, everywhere};
 use super::steps::{put_state, slid};
 use super::timed::{changes_laws, lose_strength, note_where_it_stands};
+use super::{bolts, energy, scope};
 use crate::Error;
 use crate::certificate::{certify_divided, ghost_values};
 use crate::contact::{ContactProblem, Moved};
 use crate::fem::full_displacement;
-use crate::friction::{self, Multigrid, Progress, Solution, SolverPath, Status};
+use crate::friction::{self, Counts, Multigrid, Progress, Solution, SolverPath, Status};
 use crate::io::case::Case;
 use crate::linalg::Watch;
 use crate::ranks::{agree, max, sum};
 use crate::run::pose::axis::Position;
 use crate::run::pose::bolts::Target;
+use crate::run::solve::StepRecord;
+use crate::run::solve::balance::BodyState;
 use crate::run::solve::bolts::BoltSearch;
 use crate::run::solve::extrapolation::{KEPT, extrapolated, weights};
 
@@ -41,6 +41,8 @@ pub(super) struct March {
     pub start: Option<Vec<f64>>,
     /// Where the outside has moved to by the end of the last step, at rank 0; none before the first.
     pub moved: Option<Moved>,
+    /// The body at the end of the last step, for the balance of energy.
+    pub body: BodyState,
 }
 
 /// What acts at a time, and the answer, of all unknowns and points here.
@@ -56,14 +58,14 @@ impl March {
     ///
     /// # Errors
     /// Expressions that are not finite at their times, at every rank.
-    pub(super) fn go_on(&mut self, before: Finished, local: &mut Local, case: &Case) -> Result<Vec<RankedStep>, Error> {
-        let Finished { records, u, lost, at } = before;
+    pub(super) fn go_on(&mut self, before: Finished, local: &mut Local, case: &Case) -> Result<Vec<StepRecord>, Error> {
+        let Finished { records, u, lambda, lost, at } = before;
         let ranks = Arc::clone(&local.division.ranks);
         local.timed.lost.clone_from(&lost);
         self.lost = lost;
         for (number, u) in u {
             let record = &records[number];
-            self.shortening = record.bolts.iter().map(|bolt| bolt.shortening).collect();
+            self.shortening = record.answer.bolts.iter().map(|bolt| bolt.shortening).collect();
             // Slip is counted from the start, and what acts does not depend on it.
             agree(&*ranks, put_state(local, case, record.t, &self.slid, &self.shortening))?;
             self.slid = slid(local, &u);
@@ -77,6 +79,8 @@ impl March {
         if let (Some(record), Some(last)) = (records.last(), self.answers.last()) {
             let u = full_displacement(&local.model, &last.u);
             self.moved = agree(&*ranks, moved(local, u.as_chunks().0, record.t))?;
+            let (loads, balance) = (energy::state(local, record.t), record.balance.balance());
+            self.body = BodyState { loads, u: last.u.clone(), lambda, balance };
         }
         self.at = at;
         Ok(records)
@@ -124,6 +128,8 @@ pub(super) struct Solver<'a, 'b> {
     pub case: &'a Case,
     pub settings: friction::Settings,
     pub observer: &'a mut Watch<'b, Progress>,
+    /// Solves of the present step, those of longer increments that failed included.
+    pub attempts: usize,
 }
 
 /// An answer, what of it is known here, and the shortenings of the bolts.
@@ -151,7 +157,8 @@ impl Solver<'_, '_> {
             let with = (&*self.multigrid, &self.own);
             bolts::close_clearance(self.local, with, targets, &from_rest, &mut search.shortening);
         }
-        let (mut from, mut cycles) = (None, 0);
+        self.attempts += 1;
+        let (mut from, mut counts) = (None, Counts::default());
         let mut tries_together = if search.may_be_found_together() { 2 } else { 0 };
         loop {
             self.put(t, &march.slid, &search.shortening)?;
@@ -163,7 +170,7 @@ impl Solver<'_, '_> {
                 let set_up = self.multigrid.set_up(&self.own);
                 let found = set_up.tighten(&self.own, &sought, &settings, self.observer);
                 let found = found.map_err(|_| dependent(self.case))?;
-                cycles += found.counts.cycles;
+                counts.add(&found.counts);
                 if found.solved {
                     tries_together = 0;
                     search.lengthen(&found.shortening);
@@ -173,7 +180,7 @@ impl Solver<'_, '_> {
                 }
             }
             let mut solution = self.attempt(from.as_deref(), &search.shortening)?;
-            cycles += solution.counts.cycles;
+            counts.add(&solution.counts);
             let found = everywhere(self.local, self.multigrid, &solution);
             if solution.status == Status::Solved && self.is_held_by_what_is_out(&found.lambda) {
                 solution.status = Status::NoEquilibrium;
@@ -190,7 +197,7 @@ impl Solver<'_, '_> {
                 if solved && next == ControlFlow::Break(false) {
                     solution.status = Status::Stalled;
                 }
-                solution.counts.cycles = cycles;
+                solution.counts = counts;
                 return Ok(Found { solution, everywhere: found, shortening: search.shortening });
             }
             let growth = search.growth();
@@ -295,7 +302,8 @@ impl Solver<'_, '_> {
         }
         let settings = self.starting(None, shortening);
         let mut second = self.solved(&settings)?;
-        second.counts.cycles += first.counts.cycles;
+        second.counts.add(&first.counts);
+        self.attempts += 1;
         Ok(second)
     }
 

@@ -92,6 +92,11 @@ impl Timed {
         self.ties.forces(lambda, t)
     }
 
+    /// Forces of supports that begin or end with a step, as of [`Ties::reactions`].
+    pub(super) fn reactions(&self, lambda: &[f64], t: f64) -> Vec<(u32, f64)> {
+        self.ties.reactions(lambda, t)
+    }
+
     /// The points of surfaces; those of ties follow.
     pub(super) fn contact_points(&self) -> usize {
         self.ties.points().start

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::bolts::strain;
 use super::hash::Hash;
 use super::local::Local;
-use super::record::RankedSummary;
+use super::record::{of_all, take_cost};
 use super::share::name;
 use super::shown::Shown;
 use super::solve::{RankedAnswer, axes};
@@ -21,11 +21,12 @@ use crate::io::vtu::{self, Array, Grid, face_code};
 use crate::io::{checksum, folder};
 use crate::mesh::v3::{V3, add, scale};
 use crate::ranks::{Ranks, Wire, agree, gather_all, to_bytes};
+use crate::run::pose::stopwatch;
 use crate::run::results::beside::beside;
 use crate::run::results::step_file::STATE;
 use crate::run::results::sums::{self, Sums};
-use crate::run::results::write::{PVTU, remove_listed, remove_pieces};
-use crate::run::results::{LEVELS, REPORT, SUMS, json, remove_levels};
+use crate::run::results::write::{CASE, PVTU, case, remove_listed, remove_pieces};
+use crate::run::results::{LEVELS, Origin, REPORT, SUMS, Summary, json, remove_levels};
 
 /// The summary of a folder: a folder that has one is complete.
 pub(super) const SUMMARY: &str = "summary.json";
@@ -54,15 +55,18 @@ pub struct Written {
 
 /// Writes the answer of all ranks into `folder`, which all of them see. `summary.json` comes when all pieces are on the disk, and only the
 /// report after it.
+/// `answer` learns how long it took; `origin` says at rank 0 where the case came from.
 ///
 /// # Errors
 /// If a file cannot be written, at every rank.
 pub fn write_on_ranks(
-    answer: &RankedAnswer,
+    answer: &mut RankedAnswer,
     folder: &Path,
+    origin: &Origin,
     wanted: ForPeople,
     ranks: &dyn Ranks,
 ) -> Result<Written, Error> {
+    let mut lap = stopwatch();
     let first = ranks.rank() == 0;
     let stepped = !answer.summary.steps.is_empty();
     let refined = answer.summary.accuracy.is_some();
@@ -78,6 +82,7 @@ pub fn write_on_ranks(
     let surface = surface(answer, &points);
     let shown = Shown::gathered(answer, (&stress, &points), wanted, ranks);
     drop((stress, points));
+    let known = &*answer;
     let (body_name, surface_name) = (piece_name("result", ranks.rank()), piece_name("contact", ranks.rank()));
     let write = |name: &str, grid: &GridFields| -> Result<(), Error> {
         if grid.is_empty() {
@@ -88,10 +93,10 @@ pub fn write_on_ranks(
     };
     let write_pieces_of_rank = || {
         agree(ranks, write(&body_name, &body).and_then(|()| write(&surface_name, &surface)))?;
-        agree(ranks, judged(answer, folder))
+        agree(ranks, judged(known, folder))
     };
     // Rank 0 draws while all write.
-    let draw = || shown.as_ref().filter(|_| wanted.pictures).map_or(Ok(Vec::new()), |shown| shown.draw(answer, folder));
+    let draw = || shown.as_ref().filter(|_| wanted.pictures).map_or(Ok(Vec::new()), |shown| shown.draw(known, folder));
     let (drawn, judged) =
         if shown.is_some() { beside(draw, write_pieces_of_rank) } else { (draw(), write_pieces_of_rank()) };
     let judged = judged?;
@@ -104,13 +109,21 @@ pub fn write_on_ranks(
     let named = |kind: &str, which: usize| -> Vec<String> {
         (0..ranks.size()).filter(|&rank| has[rank][which] == 1).map(|rank| piece_name(kind, rank)).collect()
     };
-    let summary = RankedSummary { pictures: pictures.clone(), ..answer.summary.clone() };
+    answer.seconds.output = answer.seconds.output + lap();
+    take_cost(&mut answer.summary.answer, &of_all(&answer.seconds, ranks), ranks);
+    let (overrides, command) = (origin.overrides(), origin.command.clone());
+    let summary = Summary { pictures: pictures.clone(), overrides, command, ..answer.summary.clone() };
     let finish = || -> Result<(), Error> {
         let pieces = [("result.pvtu", named("result", 0), &body), ("contact.pvtu", named("contact", 1), &surface)];
         for (name, pieces, fields) in pieces {
             write_pieces(&folder.join(name), &pieces, &fields.point_arrays(), &fields.cell_arrays())?;
         }
-        let others: Vec<String> = PVTU.map(String::from).into_iter().chain(pictures.iter().cloned()).collect();
+        let mut others: Vec<String> = PVTU.map(String::from).into_iter().chain(pictures.iter().cloned()).collect();
+        let copy = folder.join(CASE);
+        if !origin.case_text.is_empty() && !origin.is_at(&copy) {
+            folder::write_text(&copy, &case(origin))?;
+            others.push(CASE.into());
+        }
         folder::sync(folder, &others)?;
         let (mut sums, text) = (sums.clone(), json::text(&summary));
         sums.extend(sums::of_files(folder, &others)?);
@@ -137,7 +150,7 @@ fn judged(answer: &RankedAnswer, folder: &Path) -> Result<Vec<String>, Error> {
     let named = named(&answer.local);
     let head = Head { run: run_number(answer, &named), rank: ranks.rank(), ranks: ranks.size() };
     let mut names = vec![problem_name(head.rank), solution_name(head.rank)];
-    let tolerance = answer.summary.certificate.tolerance;
+    let tolerance = answer.summary.answer.certificate.tolerance;
     write_problem_piece(&folder.join(&names[0]), &head, &named, problem, tolerance)?;
     write_solution_piece(&folder.join(&names[1]), &head, &named, &answer.free, &answer.lambda)?;
     for (number, [u, lambda]) in (2..).zip(&answer.others) {
@@ -162,7 +175,7 @@ fn run_number(answer: &RankedAnswer, named: &NamedPiece) -> u64 {
         [&B.value, &problem.contact.gap, &problem.contact.slip_reference, &answer.lambda, &answer.free];
     lists.into_iter().flatten().for_each(|value| hash.word(value.to_bits()));
     named.of_unknowns(&problem.elastic.f).iter().for_each(|value| hash.word(value.to_bits()));
-    hash.text(&format!("{:?} {}", problem.contact.friction, answer.summary.certificate.tolerance));
+    hash.text(&format!("{:?} {}", problem.contact.friction, answer.summary.answer.certificate.tolerance));
     let mut all = Hash::default();
     gather_all(ranks, to_bytes(&[hash.value()])).iter().for_each(|bytes| all.word(u64::read(bytes)));
     all.value()

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::check_steps::{CheckedStep, StoredStep, check_steps};
+use super::check_steps::{CheckedStep, check_steps};
 use super::overlap_text::{is_refused, sentence};
 use super::step_file::step_file;
 use super::write::{BOUND, other_solution};
@@ -109,11 +109,10 @@ fn judge(folder: &Path) -> Result<Checked, Error> {
         differences.extend(differs(&name, other.worst, worst, tolerance));
     }
     let bound = check_bound(folder, summary.bound.as_ref(), &problem, &u, &mut differences)?;
-    let stored: Vec<StoredStep> = summary.steps.iter().map(StoredStep::of).collect();
     let [n, p, m] =
         [problem.unknowns(), problem.labels.supports.as_ref().map_or(0, |s| s.load.len()), problem.points()];
     let read = |number: usize| read_step(&step_file(folder, number), n, p, m);
-    let steps = check_steps(&stored, &read, &mut problem, tolerance)?;
+    let steps = check_steps(&summary.steps, &read, &mut problem, tolerance)?;
     let refused = summary.answer.overlaps.iter().filter(|overlap| is_refused(overlap));
     let passes_through = refused.map(sentence).collect();
     let unsolved = unsolved(summary.answer.status);

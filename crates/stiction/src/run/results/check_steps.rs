@@ -7,8 +7,8 @@ use crate::contact::ContactProblem;
 use crate::io::step::StepFile;
 use crate::linalg::max_abs;
 use crate::run::pose::load_state::{Initial, LoadState, slid_over};
-use crate::run::solve::balance::{Balance, BodyState, balance};
-use crate::run::solve::{BalanceRecord, StepRecord};
+use crate::run::solve::StepRecord;
+use crate::run::solve::balance::{Balance, BodyState, Counted, balance};
 
 /// What the files of one step amount to.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,20 +29,6 @@ const SAME: f64 = 1e-9;
 /// Energies agree to this part of the largest.
 const SAME_ENERGY: f64 = 1e-6;
 
-/// What a summary says of a step.
-pub(crate) struct StoredStep<'a> {
-    pub t: f64,
-    pub stored: Stored<'a>,
-    /// `None` where it does not speak of energies.
-    pub balance: Option<BalanceRecord>,
-}
-
-impl StoredStep<'_> {
-    pub(crate) fn of(record: &StepRecord) -> StoredStep<'_> {
-        StoredStep { t: record.t, stored: Stored::of(&record.answer), balance: Some(record.balance) }
-    }
-}
-
 /// Judges every step that the summary lists, whose files `read` reads by their numbers from 1. `problem` is that of the last one and
 /// becomes that of each in turn.
 ///
@@ -52,7 +38,7 @@ impl StoredStep<'_> {
 /// # Errors
 /// If a file is missing, damaged, or does not fit the others.
 pub(crate) fn check_steps(
-    records: &[StoredStep],
+    records: &[StepRecord],
     read: &dyn Fn(usize) -> Result<StepFile, Error>,
     problem: &mut ContactProblem,
     tolerance: f64,
@@ -76,8 +62,8 @@ pub(crate) fn check_steps(
         problem.validate().map_err(|e| e.at(&format!("step {number}")))?;
         let certificate = certify(problem, &file.u, &file.lambda, tolerance);
         let normal_force = file.lambda.iter().zip(&problem.labels.unity_sum).map(|(force, share)| share * force).sum();
-        let mut differences =
-            compare(&record.stored, &certificate, normal_force).map_err(|e| e.at(&format!("step {number}")))?;
+        let mut differences = compare(&Stored::of(&record.answer), &certificate, normal_force)
+            .map_err(|e| e.at(&format!("step {number}")))?;
         let mut differ = |name: &str, old: f64, new: f64, allowed: f64| {
             // Written so that NaN differs.
             let same = (old - new).abs() <= allowed;
@@ -113,13 +99,12 @@ pub(crate) fn check_steps(
         let off = (0..n).map(|i| (loads.load[i] - demanded[i] - file.f[i]).abs()).fold(0.0, f64::max);
         differ("load", 0.0, off, SAME * max_abs(&loads.load).max(max_abs(&demanded)));
 
-        let new = balance(problem, &body, &loads, &file.u, &file.lambda);
+        let new = balance(problem, &body, &loads, &file.u, &file.lambda, &Counted::ALL);
         let scale = new.work.abs().max(new.elastic).max(new.dissipation.abs());
-        if let Some(stored) = &record.balance {
-            differ("work", stored.work, new.work, SAME_ENERGY * scale);
-            differ("elastic", stored.elastic, new.elastic, SAME_ENERGY * scale);
-            differ("dissipation", stored.dissipation, new.dissipation, SAME_ENERGY * scale);
-        }
+        let stored = &record.balance;
+        differ("work", stored.work, new.work, SAME_ENERGY * scale);
+        differ("elastic", stored.elastic, new.elastic, SAME_ENERGY * scale);
+        differ("dissipation", stored.dissipation, new.dissipation, SAME_ENERGY * scale);
         differ("t", record.t, file.t, 0.0);
         if number == records.len() {
             let same = vectors(problem) == as_it_was;

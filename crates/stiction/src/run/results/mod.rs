@@ -34,7 +34,7 @@ pub(super) mod view;
 pub(super) mod write;
 
 pub use accuracy_text::level as level_line;
-pub(super) use accuracy_text::{ESTIMATED, percent, rows as accuracy_rows};
+pub(super) use accuracy_text::rows as accuracy_rows;
 pub use ahead::{Ahead, solve_writing};
 pub use check::Checked;
 pub use check_steps::CheckedStep;

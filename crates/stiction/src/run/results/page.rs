@@ -21,10 +21,13 @@ pub fn write_report_on(folder: &Path, mesh: Option<&Mesh>) -> Result<usize, Erro
     report_fits(folder, mesh)?;
     let summary: Summary = summary::read(&path)?;
     let view = view(folder, mesh, &summary, Units::of(summary.units.as_deref()))?;
-    // The case of a run may have been given another way than as a file.
+    write_page(folder, &summary, &case_in(folder)?, &view)
+}
+
+/// The case of the results in a folder; empty where it was given another way than as a file.
+pub(crate) fn case_in(folder: &Path) -> Result<String, Error> {
     let case = folder.join("case.toml");
-    let case_text = if case.exists() { folder::read_text(&case)? } else { String::new() };
-    write_page(folder, &summary, &case_text, &view)
+    if case.exists() { folder::read_text(&case) } else { Ok(String::new()) }
 }
 
 /// The summary that a folder needs to be one of results.

@@ -9,10 +9,8 @@ use super::rows::{Row, Rows, print};
 use super::smallness_text;
 use crate::certificate::{Certificate, Part, PartMeasure};
 use crate::contact::Friction;
-use crate::contact::equilibrium::in_words;
 use crate::contact::escape::Escape;
-use crate::contact::sliding::Sliding;
-use crate::friction::{CoulombFacts, SolverPath, Status};
+use crate::friction::{SolverPath, Status};
 use crate::io::text::{measure, number, triple};
 use crate::mesh::many;
 use crate::run::pose::Prepared;
@@ -21,8 +19,8 @@ use crate::run::solve::quantities::{
     AdriftRecord, Couple, FacetedRecord, adrift_of, couples, faceted, largest_displacement, unheld,
 };
 use crate::run::solve::{
-    BalanceRecord, BoltState, BoundRecord, CouplingState, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states,
-    coupling_states, escape_of, pair_totals, totals, word,
+    BalanceRecord, BoltState, BoundRecord, CouplingState, Outcome, SlidingRecord, SolutionsRecord, StepRecord, Totals,
+    UniquenessRecord, bolt_states, coupling_states, escape_of, pair_totals, totals, word,
 };
 
 /// The result of a run, a few lines for a person; `Display` prints it.
@@ -58,9 +56,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     };
     rows.add("status", status(solution.status, all));
     limit_row(&mut rows, solution.status);
-    if let Some(last) = outcome.steps.last() {
-        steps(&mut rows, &outcome.steps, last);
-    }
+    step_rows(&mut rows, &outcome.steps);
     method_text::shortfall(outcome).into_iter().for_each(|why| rows.more(why));
     let overlaps = overlap_text::sentences(prepared, outcome);
     overlaps.refused.into_iter().for_each(|what| rows.more(what));
@@ -92,28 +88,58 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     displacement_row(&mut rows, largest_displacement(prepared, outcome));
     outcome.smallness.iter().for_each(|of| rows.add("deformation", smallness_text::line(of)));
     if let Some(estimate) = &outcome.estimate {
-        let error = accuracy_text::percent(estimate.relative());
-        let over_steps = worst_step(&outcome.steps).map_or(String::new(), |(error, t)| {
-            format!(", over the load steps at most {} at t = {}", accuracy_text::percent(error), number(t))
-        });
-        rows.add("mesh", format!("{} {error} (energy norm){over_steps}", accuracy_text::ESTIMATED));
+        mesh_row(&mut rows, estimate.relative(), &outcome.steps);
     }
     outcome.bound.iter().for_each(|bound| accuracy_text::bound(&mut rows, &BoundRecord::of(bound)));
     outcome.accuracy.iter().for_each(|accuracy| accuracy_text::rows(&mut rows, accuracy));
-    if let Some(facts) = &outcome.coulomb {
-        rows.add("uniqueness", uniqueness(facts));
-    } else if prepared.problem.contact.friction.iter().any(|law| matches!(law, Friction::Cohesive { .. })) {
-        let why = "nothing is known of others with cohesion, which a point loses where it opens";
-        rows.add("uniqueness", format!("a solution; {why}"));
-    } else if outcome.solution.path == SolverPath::Multigrid && has_coulomb(prepared) {
-        let why = "others are looked for with `--starts N`, and what can be said about them is estimated then";
-        rows.add("uniqueness", format!("a solution; {why}"));
-    }
+    let facts = outcome.coulomb.as_ref().map(UniquenessRecord::of);
+    uniqueness_row(&mut rows, facts.as_ref(), outcome.solution.path, Laws::of(&prepared.problem.contact.friction));
     if let Some(found) = &outcome.solutions {
         solutions(&mut rows, &SolutionsRecord::of(prepared, found));
     }
     rows.add("work", work(outcome));
     Report { rows: rows.0, cost: cost(outcome) }
+}
+
+/// The estimated error of an answer, and the largest one of its load steps.
+pub(in crate::run) fn mesh_row(rows: &mut Rows, error: f64, steps: &[StepRecord]) {
+    let error = accuracy_text::percent(error);
+    let over_steps = worst_step(steps).map_or(String::new(), |(error, t)| {
+        format!(", over the load steps at most {} at t = {}", accuracy_text::percent(error), number(t))
+    });
+    rows.add("mesh", format!("{} {error} (energy norm){over_steps}", accuracy_text::ESTIMATED));
+}
+
+/// Which kinds of laws some points have that say something of other solutions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::run) struct Laws {
+    pub cohesive: bool,
+    pub coulomb: bool,
+}
+
+impl Laws {
+    pub(in crate::run) fn of(laws: &[Friction]) -> Laws {
+        let cohesive = laws.iter().any(|law| matches!(law, Friction::Cohesive { .. }));
+        Laws { cohesive, coulomb: laws.iter().any(|law| law.coefficient().is_some()) }
+    }
+}
+
+/// What is known of other solutions.
+pub(in crate::run) fn uniqueness_row(
+    rows: &mut Rows,
+    facts: Option<&UniquenessRecord>,
+    path: SolverPath,
+    Laws { cohesive, coulomb }: Laws,
+) {
+    if let Some(facts) = facts {
+        rows.add("uniqueness", uniqueness(facts));
+    } else if cohesive {
+        let why = "nothing is known of others with cohesion, which a point loses where it opens";
+        rows.add("uniqueness", format!("a solution; {why}"));
+    } else if coulomb && path == SolverPath::Multigrid {
+        let why = "others are looked for with `--starts N`, and what can be said about them is estimated then";
+        rows.add("uniqueness", format!("a solution; {why}"));
+    }
 }
 
 /// What is to be done where the limit of iterations has ended a run.
@@ -318,13 +344,17 @@ fn cost(outcome: &Outcome) -> Vec<Row> {
 /// The limit load where nothing was found and friction may have reached its limit: along which motion, and how the loads
 /// compare with what friction resists. Forces are per unit of the displacement of what moves farthest.
 pub fn limit_load(prepared: &Prepared, outcome: &Outcome) -> Option<String> {
-    let Sliding { alpha, load, friction } = outcome.sliding.as_ref()?;
-    let motion = in_words(&prepared.problem, &prepared.motions, alpha);
+    let sliding = SlidingRecord::of(prepared, outcome.sliding.as_ref()?);
+    Some(limit_load_of(&sliding, &outcome.steps))
+}
+
+pub(in crate::run) fn limit_load_of(
+    SlidingRecord { motion, load, friction }: &SlidingRecord,
+    steps: &[StepRecord],
+) -> String {
     let [load, friction] = [load, friction].map(|force| number(*force));
-    let of = if outcome.steps.len() > 1 { "of the last step that was solved" } else { "reached" };
-    Some(format!(
-        "at the normal forces {of} friction resists at most {friction}, and the loads push with {load}: {motion}"
-    ))
+    let of = if steps.len() > 1 { "of the last step that was solved" } else { "reached" };
+    format!("at the normal forces {of} friction resists at most {friction}, and the loads push with {load}: {motion}")
 }
 
 /// Where surfaces between which contact is named pass through each other, and the remedy.
@@ -343,11 +373,13 @@ pub(in crate::run) fn coupling_rows(rows: &mut Rows, couplings: &[CouplingState]
 }
 
 /// How far the load steps came, and the balance of energy; the rows below are of the last step.
-fn steps(rows: &mut Rows, all: &[StepRecord], last: &StepRecord) {
+pub(in crate::run) fn step_rows(rows: &mut Rows, all: &[StepRecord]) {
+    let Some(last) = all.last() else { return };
     let StepRecord { name, t, dt, attempts, .. } = last;
     let again = all.iter().filter(|step| step.attempts > 1).count();
     let again = if again == 0 { String::new() } else { format!(", {again} of them not at the first attempt") };
-    rows.add("steps", steps_solved(all.len(), *t, &again));
+    let count = many(all.len(), "step");
+    rows.add("steps", format!("{count} to t = {}{again}; below is the last", number(*t)));
     if matches!(last.answer.status, Status::MaxIterations | Status::Stalled) {
         let span = format!("from t = {} to {}", number(t - dt), number(*t));
         let shorter =
@@ -357,15 +389,6 @@ fn steps(rows: &mut Rows, all: &[StepRecord], last: &StepRecord) {
     let BalanceRecord { work, elastic, dissipation, drift } = last.balance;
     let [work, elastic, dissipated, drift] = [work, elastic, dissipation, drift].map(number);
     rows.add("energy", format!("work {work} = elastic {elastic} + dissipated {dissipated} + drift {drift}"));
-}
-
-/// So many steps, up to time `t`.
-pub(in crate::run) fn steps_solved(count: usize, t: f64, again: &str) -> String {
-    format!("{} to t = {}{again}; below is the last", many(count, "step"), number(t))
-}
-
-fn has_coulomb(prepared: &Prepared) -> bool {
-    prepared.problem.contact.friction.iter().any(|law| law.coefficient().is_some())
 }
 
 fn contact(rows: &mut Rows, head: &str, t: &Totals) {
@@ -454,10 +477,10 @@ pub(in crate::run) fn solutions(rows: &mut Rows, found: &SolutionsRecord) {
 }
 
 /// What is known of other solutions.
-pub fn uniqueness(facts: &CoulombFacts) -> String {
+pub fn uniqueness(facts: &UniquenessRecord) -> String {
     let coefficient = facts.largest_coefficient;
     let contraction = format!("contraction of the fixed point about {:.2}", facts.contraction);
-    if facts.proved_unique() {
+    if facts.unique {
         let bound = facts.uniqueness_bound.unwrap_or(f64::INFINITY);
         return format!(
             "the solution is unique: F = {coefficient} is below the proven bound {bound:.2e}; {contraction}"

@@ -13,6 +13,7 @@ use super::rows::Row;
 use super::write::Origin;
 use crate::Error;
 use crate::run::pose::Prepared;
+use crate::run::ranks::RanksRecord;
 use crate::run::solve::quantities::load;
 use crate::run::solve::{AccuracyRecord, AnswerRecord, BalanceRecord, BoundRecord, Outcome, StepRecord};
 
@@ -57,6 +58,9 @@ pub struct Summary {
     /// Names of the pictures.
     #[serde(default)]
     pub pictures: Vec<String>,
+    /// Of a run on several ranks.
+    #[serde(flatten, default, skip_serializing_if = "Option::is_none")]
+    pub ranks: Option<RanksRecord>,
 }
 
 /// Who wrote a summary.
@@ -66,6 +70,12 @@ pub struct Versions {
     pub stiction: String,
     /// [`FORMAT`].
     pub summary: u32,
+}
+
+impl Default for Versions {
+    fn default() -> Self {
+        Versions { stiction: env!("CARGO_PKG_VERSION").into(), summary: FORMAT }
+    }
 }
 
 /// The text of `summary.json` but for the names of the pictures, which are known once they are written.
@@ -83,8 +93,8 @@ impl Summary {
             title: prepared.facts.title.clone(),
             units: prepared.facts.units.clone(),
             answer,
-            overrides: origin.overrides.iter().map(|(key, value)| format!("{key}={value}")).collect(),
-            versions: Versions { stiction: env!("CARGO_PKG_VERSION").into(), summary: FORMAT },
+            overrides: origin.overrides(),
+            versions: Versions::default(),
             balance: outcome.steps.last().map(|last| last.balance),
             steps: outcome.steps.clone(),
             fretting: Vec::new(),
@@ -94,6 +104,7 @@ impl Summary {
             problem: problem_rows(&prepared.facts),
             report: report(prepared, outcome).rows,
             pictures: Vec::new(),
+            ranks: None,
         }
     }
 }

@@ -39,6 +39,18 @@ pub struct Origin {
     pub command: Option<String>,
 }
 
+impl Origin {
+    /// Whether the case is this file itself.
+    pub(crate) fn is_at(&self, path: &Path) -> bool {
+        self.path.as_ref().is_some_and(|own| folder::same(own, path))
+    }
+
+    /// The options as they were given.
+    pub(crate) fn overrides(&self) -> Vec<String> {
+        self.overrides.iter().map(|(key, value)| format!("{key}={value}")).collect()
+    }
+}
+
 /// Writes all files of a result into `folder`, which is created, and returns their names.
 ///
 /// Each file is whole or absent, and `summary.json` comes last, after the checksums of all and when the others are on the
@@ -171,6 +183,8 @@ pub(crate) const PVTU: [&str; 2] = ["result.pvtu", "contact.pvtu"];
 
 /// The file of what proves a bound.
 pub(crate) const BOUND: &str = "bound.npz";
+/// The copy of the case.
+pub(crate) const CASE: &str = "case.toml";
 /// The file of the problem.
 const PROBLEM: &str = "problem.npz";
 
@@ -218,10 +232,10 @@ fn write_numbers(
         folder::write_text(&folder.join("log.jsonl"), &log(outcome, None))?;
     }
     files.extend([PROBLEM, "solution.npz", "log.jsonl"].map(String::from));
-    let copy = folder.join("case.toml");
-    if !origin.path.as_ref().is_some_and(|path| folder::same(path, &copy)) {
+    let copy = folder.join(CASE);
+    if !origin.is_at(&copy) {
         folder::write_text(&copy, &case(origin))?;
-        files.push("case.toml".into());
+        files.push(CASE.into());
     }
     Ok(files)
 }
@@ -347,7 +361,7 @@ pub fn phase_name(phase: Phase) -> &'static str {
 }
 
 /// The case file, with the options that changed it as comments.
-fn case(origin: &Origin) -> String {
+pub(crate) fn case(origin: &Origin) -> String {
     let mut text = origin.case_text.clone();
     for (number, (key, value)) in origin.overrides.iter().enumerate() {
         if number == 0 {

@@ -40,7 +40,7 @@ pub use record::{
     AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, Named, OverlapName,
     OverlapRecord, PairRecord, PartRecord, SlidingRecord, StepRecord,
 };
-pub(super) use record::{Whereabouts, or_infinite, word};
+pub(super) use record::{Whereabouts, or_infinite, seconds, word};
 pub use solutions::{AttemptRecord, DistinctRecord, SolutionsRecord, UniquenessRecord};
 pub use steps::{KeepStep, Restart, Step, solve_steps};
 pub use totals::{Totals, pair_totals, totals};

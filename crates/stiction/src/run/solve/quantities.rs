@@ -24,12 +24,13 @@ pub use smallness::{SMALL_ROTATION, SMALL_STRAIN, Smallness};
 pub(crate) use unheld::{unheld, unheld_among};
 
 use super::Outcome;
+use super::balance::{Counted, potential};
 use crate::contact::ContactProblem;
 use crate::contact::equilibrium::no_equilibrium;
 use crate::contact::escape::{self, Escape};
 use crate::contact::rigid::rigid_motions;
-use crate::fem::{full_displacement, reactions};
-use crate::friction::Status;
+use crate::fem::{DofMap, FeModel, full_displacement, reactions};
+use crate::friction::{Solution, Status};
 use crate::mesh::v3::{add, norm, scale};
 use crate::run::pose::Prepared;
 
@@ -42,60 +43,57 @@ pub(crate) fn largest_displacement(prepared: &Prepared, outcome: &Outcome) -> (f
 }
 
 /// `1/2 u'Ku - f'u` over all degrees of freedom, the prescribed ones included: what the body stores less the work of
-/// the loads. `problem.f` holds what the prescribed displacements demand of the unknowns, their mixed term.
+/// the loads.
 pub(crate) fn energy(prepared: &Prepared, u: &[f64]) -> f64 {
-    let problem = &prepared.problem;
-    let unknowns = potential(&problem.elastic.K.times(u), &problem.elastic.f, u);
-    let supports = problem
-        .labels
-        .supports
-        .as_ref()
-        .map_or(0.0, |s| potential(&s.K_own.times(&s.displacement), &s.load, &s.displacement));
-    unknowns + supports + prepared.loading.initial.energy
-}
-
-/// `1/2 u'Ku - f'u` for `elastic` `= K u`.
-fn potential(elastic: &[f64], load: &[f64], u: &[f64]) -> f64 {
-    elastic.iter().zip(load).zip(u).map(|((k, f), u)| (0.5 * k - f) * u).sum()
+    potential(&prepared.problem, u, &Counted::ALL) + prepared.loading.initial.energy
 }
 
 /// Force of the supports on the body at each node; zero away from them.
 pub(crate) fn reaction(prepared: &Prepared, outcome: &Outcome) -> Vec<[f64; 3]> {
-    let Prepared { mesh, model, problem, .. } = prepared;
-    let mut reaction = vec![[0.0; 3]; mesh.nodes.len()];
-    let put = |reaction: &mut [[f64; 3]], dof: u32, force: f64| {
+    let Prepared { mesh, model, problem, loading, .. } = prepared;
+    let Solution { u, lambda, .. } = &outcome.solution;
+    reaction_at_nodes(mesh.nodes.len(), (model, problem), &loading.ties.reactions(lambda, loading.t), u, lambda)
+}
+
+/// The same at each of so many nodes; `of_ties` are the forces of supports that begin or end with a step, by degrees of freedom.
+pub(crate) fn reaction_at_nodes(
+    nodes: usize,
+    (model, problem): (&FeModel, &ContactProblem),
+    of_ties: &[(u32, f64)],
+    u: &[f64],
+    lambda: &[f64],
+) -> Vec<[f64; 3]> {
+    let mut reaction = vec![[0.0; 3]; nodes];
+    let mut put = |dof: u32, force: f64| {
         let at = &mut reaction[model.dofs.mesh_node(dof / 3) as usize];
         *at = add(*at, scale(force, model.dofs.direction(dof)));
     };
-    let mut force = reactions(model, &outcome.solution.u);
+    let mut force = reactions(model, u);
     if let Some(supports) = &problem.labels.supports {
         // What the obstacle takes at a node that is held in part does not come from the support.
-        let contact = supports.B.transpose_times(&outcome.solution.lambda);
-        force.iter_mut().zip(contact).for_each(|(r, c)| *r += c);
+        force.iter_mut().zip(supports.B.transpose_times(lambda)).for_each(|(r, c)| *r += c);
     }
-    for (&dof, force) in model.dofs.prescribed.iter().zip(force) {
-        put(&mut reaction, dof, force);
-    }
-    for (dof, force) in prepared.loading.ties.reactions(&outcome.solution.lambda, prepared.loading.t) {
-        put(&mut reaction, dof, force);
-    }
-    let springs = problem.labels.supports.as_ref().map_or(Vec::new(), |s| s.spring_forces(&outcome.solution.u));
-    for (&dof, force) in model.dofs.free.iter().chain(&model.dofs.prescribed).zip(springs) {
-        put(&mut reaction, dof, force);
-    }
+    model.dofs.prescribed.iter().zip(force).for_each(|(&dof, force)| put(dof, force));
+    of_ties.iter().for_each(|&(dof, force)| put(dof, force));
+    let springs = problem.labels.supports.as_ref().map_or(Vec::new(), |s| s.spring_forces(u));
+    model.dofs.free.iter().chain(&model.dofs.prescribed).zip(springs).for_each(|(&dof, force)| put(dof, force));
     reaction
 }
 
 /// The force the loads add up to in the step that is solved.
 pub(crate) fn load(prepared: &Prepared) -> [f64; 3] {
-    let dofs = &prepared.model.dofs;
-    let mut sum = [0.0; 3];
-    if let Some(supports) = &prepared.problem.labels.supports {
-        let free = dofs.free.iter().zip(&supports.free_load);
-        let held = dofs.prescribed.iter().zip(&supports.load);
-        free.chain(held).for_each(|(&dof, force)| sum = add(sum, scale(*force, dofs.direction(dof))));
-    }
-    sum
+    load_of(&prepared.model.dofs, &prepared.problem, &Counted::ALL)
+}
+
+/// The same of what is `counted`.
+pub(crate) fn load_of(dofs: &DofMap, problem: &ContactProblem, counted: &Counted) -> [f64; 3] {
+    let Some(supports) = &problem.labels.supports else { return [0.0; 3] };
+    let of = |list: &[u32], forces: &[f64], counts: &dyn Fn(usize) -> bool| {
+        let all = list.iter().zip(forces).enumerate().filter(|(i, _)| counts(*i));
+        all.fold([0.0; 3], |sum, (_, (&dof, force))| add(sum, scale(*force, dofs.direction(dof))))
+    };
+    let (free, held) = (&supports.free_load, &supports.load);
+    add(of(&dofs.free, free, counted.unknown), of(&dofs.prescribed, held, counted.held))
 }
 
 /// How the loads carry a body or what bolts hold away, if the status says that nothing balances them.

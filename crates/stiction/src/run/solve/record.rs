@@ -15,6 +15,7 @@ use super::{Balance, BoltState, CouplingState, Outcome, Totals, bolt_states, cou
 use crate::accuracy::Estimate;
 use crate::certificate::{BodyBalance, Certificate, PartMeasure};
 use crate::contact::equilibrium::in_words;
+use crate::contact::sliding::Sliding;
 use crate::contact::{Bodies, Overlap, OverlapKind};
 use crate::friction::{
     CopiesAtOnce, Counts, Coupling, End, Given, MethodReport, MethodSettings, Minimization, SolverPath, Splitting,
@@ -139,6 +140,13 @@ pub struct SlidingRecord {
     pub friction: f64,
 }
 
+impl SlidingRecord {
+    pub(crate) fn of(prepared: &Prepared, Sliding { alpha, load, friction }: &Sliding) -> Self {
+        let motion = in_words(&prepared.problem, &prepared.motions, alpha);
+        SlidingRecord { motion, load: *load, friction: *friction }
+    }
+}
+
 /// Surfaces that lie in each other, see [`Overlap`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OverlapRecord {
@@ -261,6 +269,18 @@ pub struct BalanceRecord {
     pub drift: f64,
 }
 
+impl BalanceRecord {
+    pub(crate) fn of(balance: &Balance) -> Self {
+        let Balance { work, elastic, dissipation } = *balance;
+        BalanceRecord { work, elastic, dissipation, drift: balance.drift() }
+    }
+
+    pub(crate) fn balance(&self) -> Balance {
+        let BalanceRecord { work, elastic, dissipation, .. } = *self;
+        Balance { work, elastic, dissipation }
+    }
+}
+
 /// How a method other than Newton's was set and how it ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MethodDetails {
@@ -370,11 +390,7 @@ impl AnswerRecord {
     pub(crate) fn of(prepared: &Prepared, outcome: &Outcome) -> Self {
         let (solution, problem) = (&outcome.solution, &prepared.problem);
         let pair = |((name, totals), micromotion)| PairRecord { name, totals, micromotion };
-        let sliding = outcome.sliding.as_ref().map(|sliding| SlidingRecord {
-            motion: in_words(problem, &prepared.motions, &sliding.alpha),
-            load: sliding.load,
-            friction: sliding.friction,
-        });
+        let sliding = outcome.sliding.as_ref().map(|sliding| SlidingRecord::of(prepared, sliding));
         let report = outcome.method.as_ref();
         let (contact, pairs) = all_totals(prepared, outcome);
         AnswerRecord {
@@ -424,9 +440,7 @@ impl StepRecord {
         balance: &Balance,
     ) -> Self {
         let answer = AnswerRecord { load: load(prepared), ..AnswerRecord::of(prepared, outcome) };
-        let Balance { work, elastic, dissipation } = *balance;
-        let balance = BalanceRecord { work, elastic, dissipation, drift: balance.drift() };
-        StepRecord { step, name: name.into(), t, dt: t - begin, attempts, answer, balance }
+        StepRecord { step, name: name.into(), t, dt: t - begin, attempts, answer, balance: BalanceRecord::of(balance) }
     }
 }
 
@@ -537,9 +551,8 @@ impl MethodDetails {
 
 impl CountsRecord {
     fn of(outcome: &Outcome) -> Self {
-        let counts = &outcome.solution.counts;
+        let of_newton = CountsRecord::of_newton(&outcome.solution.counts);
         let coulomb_products = outcome.coulomb.map_or(0, |facts| facts.products);
-        let all = CountsRecord { solves: counts.solves, cycles: counts.cycles, coulomb_products, ..Self::default() };
         match &outcome.method {
             Some(MethodReport { counts: c, .. }) => CountsRecord {
                 iterations: c.iterations,
@@ -551,15 +564,24 @@ impl CountsRecord {
                 proportionings: Some(c.proportionings),
                 products: c.products,
                 flops: Some(c.flops),
-                ..all
+                restarts: None,
+                coulomb_products,
+                ..of_newton
             },
-            None => CountsRecord {
-                iterations: counts.newton_steps,
-                restarts: Some(counts.restarts),
-                fixed_point_steps: counts.fixed_point_steps,
-                products: counts.products,
-                ..all
-            },
+            None => CountsRecord { coulomb_products, ..of_newton },
+        }
+    }
+
+    /// What a solve by the default method cost.
+    pub(crate) fn of_newton(counts: &Counts) -> Self {
+        CountsRecord {
+            iterations: counts.newton_steps,
+            restarts: Some(counts.restarts),
+            fixed_point_steps: counts.fixed_point_steps,
+            products: counts.products,
+            solves: counts.solves,
+            cycles: counts.cycles,
+            ..Self::default()
         }
     }
 
@@ -582,7 +604,8 @@ impl CountsRecord {
     }
 }
 
-fn seconds(seconds: &Seconds, of: fn(&Span) -> f64) -> Named {
+/// Times by phase, and the total.
+pub(crate) fn seconds(seconds: &Seconds, of: fn(&Span) -> f64) -> Named {
     let all = seconds.phases().into_iter().chain([("total", seconds.total())]);
     Named(all.map(|(name, span)| (name.to_string(), of(&span))).collect())
 }

@@ -24,7 +24,7 @@ pub struct UniquenessRecord {
 }
 
 impl UniquenessRecord {
-    pub(super) fn of(facts: &CoulombFacts) -> Self {
+    pub(crate) fn of(facts: &CoulombFacts) -> Self {
         UniquenessRecord {
             contraction: facts.contraction,
             uniqueness_bound: facts.uniqueness_bound,

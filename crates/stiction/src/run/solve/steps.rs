@@ -5,7 +5,7 @@
 
 use std::ops::ControlFlow;
 
-use super::balance::{Balance, BodyState, balance};
+use super::balance::{Balance, BodyState, Counted, balance};
 use super::bolts::{BoltSearch, bolt_states};
 use super::clearance::{close_clearance, escape_of_bolts};
 use super::discretisation::add_estimate;
@@ -495,7 +495,7 @@ fn finish(
 ) -> StepLine {
     let (problem, steps) = (&prepared.problem, &prepared.loading.steps);
     let Solution { u, lambda, .. } = &outcome.solution;
-    let balance = balance(problem, &march.body, &loads, u, lambda);
+    let balance = balance(problem, &march.body, &loads, u, lambda, &Counted::ALL);
     let number = march.records.len() + 1;
     let name = steps[march.at.step].name.as_str();
     let record = StepRecord::of(prepared, outcome, (number, name), [begin, t], march.attempts, &balance);
