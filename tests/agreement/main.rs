@@ -27,5 +27,6 @@ mod ranks_loads;
 mod ranks_motion;
 mod ranks_quadratic;
 mod ranks_remarks;
+mod ranks_sums;
 mod ranks_timed;
 mod uniqueness;

@@ -11,7 +11,7 @@ mod write;
 use std::collections::HashMap;
 
 pub use join::{Places, WholeProblem, read_pieces};
-pub(crate) use steps::{displacements_of_step, forces_of_step, strengths_of_step};
+pub(crate) use steps::{displacements_of_step, of_points_of_step};
 pub(crate) use write::{write_problem_piece, write_solution_piece, write_step_piece};
 
 use crate::contact::{ContactProblem, Division};

@@ -124,41 +124,24 @@ pub(crate) fn displacements_of_step(
     Ok(())
 }
 
-/// The strength that each point has left at the end of a load step, newton, by the names of the points; as
-/// [`displacements_of_step`].
+/// So many lists of numbers of each point at the end of a load step, by the names of the points; as [`displacements_of_step`]. They stand
+/// list by list in the array, or `together` point by point.
 ///
 /// # Errors
 /// If a piece is missing or damaged.
-pub(crate) fn strengths_of_step(
+pub(crate) fn of_points_of_step<const N: usize>(
     folder: &Path,
     files: &[String],
-    mut put: impl FnMut([u64; 3], [f64; 2]),
-) -> Result<(), Error> {
-    for name in files {
-        let piece = Piece::read(folder, name)?;
-        let names = piece.numbers("points")?;
-        let names = names.as_chunks().0;
-        let values = piece.f64s("strength", 2 * names.len())?;
-        names.iter().zip(values.as_chunks().0).for_each(|(&point, &strength)| put(point, strength));
-    }
-    Ok(())
-}
-
-/// The multipliers of each point at the end of a load step, newton, by the names of the points; as [`displacements_of_step`].
-///
-/// # Errors
-/// If a piece is missing or damaged.
-pub(crate) fn forces_of_step(
-    folder: &Path,
-    files: &[String],
-    mut put: impl FnMut([u64; 3], [f64; 3]),
+    (array, together): (&str, bool),
+    mut put: impl FnMut([u64; 3], [f64; N]),
 ) -> Result<(), Error> {
     for name in files {
         let piece = Piece::read(folder, name)?;
         let names = piece.numbers("points")?;
         let (names, m) = (names.as_chunks().0, names.len() / 3);
-        let values = piece.f64s("lambda", 3 * m)?;
-        names.iter().enumerate().for_each(|(j, &point)| put(point, [values[j], values[m + j], values[2 * m + j]]));
+        let values = piece.f64s(array, N * m)?;
+        let place = |j: usize, k: usize| if together { N * j + k } else { k * m + j };
+        names.iter().enumerate().for_each(|(j, &point)| put(point, std::array::from_fn(|k| values[place(j, k)])));
     }
     Ok(())
 }

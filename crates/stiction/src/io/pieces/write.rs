@@ -175,11 +175,18 @@ pub(crate) fn write_solution_piece(
     npz::begin(path, &arrays)?.commit()
 }
 
-/// Writes the own part of a load step, with the names of what is in it.
+/// Writes the own part of a load step, with the names of what is in it; `history` has what each point has been through, the own ones'
+/// numbers one after the other.
 ///
 /// # Errors
 /// If the file cannot be written.
-pub(crate) fn write_step_piece(path: &Path, of: &Head, named: &NamedPiece, own: &StepFile) -> Result<(), Error> {
+pub(crate) fn write_step_piece(
+    path: &Path,
+    of: &Head,
+    named: &NamedPiece,
+    own: &StepFile,
+    history: &[f64],
+) -> Result<(), Error> {
     let mut arrays: Arrays = head(of);
     // The step has its own number of the format.
     arrays.remove(0);
@@ -188,5 +195,6 @@ pub(crate) fn write_step_piece(path: &Path, of: &Head, named: &NamedPiece, own: 
     arrays.push(("supports".into(), numbers(&named.of_supports(&named.supports))));
     let points: Vec<u64> = named.of_points(&named.points).into_iter().flatten().collect();
     arrays.push(("points".into(), numbers(&points)));
+    arrays.push(("history".into(), Array::f64(history)));
     npz::begin(path, &arrays)?.commit()
 }

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use super::fretting::numbers;
 use super::hash::Hash;
 use super::local::Local;
 use super::timed::{begins, changes_laws, is_brittle};
@@ -17,9 +18,7 @@ use crate::Error;
 use crate::contact::Friction;
 use crate::friction::{PointState, Status};
 use crate::io::case::Case;
-use crate::io::pieces::{
-    Head, NamedPiece, displacements_of_step, forces_of_step, step_name, strengths_of_step, write_step_piece,
-};
+use crate::io::pieces::{Head, NamedPiece, displacements_of_step, of_points_of_step, step_name, write_step_piece};
 use crate::io::step::StepFile;
 use crate::io::{checksum, folder};
 use crate::ranks::{Ranks, Wire, agree, broadcast, gather_all, to_bytes};
@@ -29,6 +28,7 @@ use crate::run::pose::surfaces::widened;
 use crate::run::results::json;
 use crate::run::results::step_file::{STATE, remove_steps, widen};
 use crate::run::results::sums::{self, Sums};
+use crate::run::results::{Fretting, PointHistory};
 use crate::run::solve::StepRecord;
 use crate::run::solve::extrapolation::KEPT;
 use crate::run::solve::strength::{left, lost};
@@ -94,6 +94,8 @@ pub(super) struct Finished {
     pub u: Vec<(usize, Vec<f64>)>,
     /// Multipliers of all points here at the end of the last one, newton.
     pub lambda: Vec<f64>,
+    /// What the points here have been through until then.
+    pub fretting: Fretting,
     /// The points here whose strength is lost.
     pub lost: Vec<bool>,
     /// Where the next begins.
@@ -141,8 +143,11 @@ impl Kept {
             };
             let lambda = steps.last().map_or(Ok(Vec::new()), |last| forces(&kept.folder, &kept.named, last));
             let lambda = agree(ranks, lambda)?;
+            let fretting =
+                steps.last().map_or(Ok(Fretting::default()), |last| history(&kept.folder, &kept.named, last));
+            let fretting = agree(ranks, fretting)?;
             let records = steps.iter().map(|entry| entry.record.clone()).collect();
-            kept.finished = Some(Finished { records, u, lambda, lost, at });
+            kept.finished = Some(Finished { records, u, lambda, fretting, lost, at });
         }
         Ok(kept)
     }
@@ -165,7 +170,7 @@ impl Kept {
         agree(ranks, removed)
     }
 
-    /// Keeps the last of `steps`: its displacements, multipliers and states are those of all that is here. One that was not solved
+    /// Keeps the last of `steps`, with what the points here have been through until then: its displacements, multipliers and states are those of all that is here. One that was not solved
     /// is not put on the list. The next increment begins `at`.
     ///
     /// # Errors
@@ -174,7 +179,7 @@ impl Kept {
         &mut self,
         (local, case): (&Local, &Case),
         (u, lambda, states): (&[f64], &[f64], &[PointState]),
-        steps: &[StepRecord],
+        (steps, fretting): (&[StepRecord], &Fretting),
         at: Position,
     ) -> Result<(), Error> {
         let Some(record) = steps.last() else { return Ok(()) };
@@ -182,7 +187,8 @@ impl Kept {
         let head = Head { run: self.run, rank: ranks.rank(), ranks: ranks.size() };
         let name = step_name(steps.len(), head.rank);
         let own = own_part(local, case, &self.named, record.t, u, lambda, states);
-        let written = write_step_piece(&self.folder.join(&name), &head, &self.named, &own);
+        let history = self.named.of_points(&numbers(fretting, local)).into_flattened();
+        let written = write_step_piece(&self.folder.join(&name), &head, &self.named, &own, &history);
         agree(ranks, written.and_then(|()| folder::sync(&self.folder, std::slice::from_ref(&name))))?;
         let sums = sums_of_all(ranks, &self.folder, &[name])?;
         if record.answer.status == Status::Solved {
@@ -295,12 +301,24 @@ fn displacements(folder: &Path, named: &NamedPiece, step: &Entry) -> Result<Vec<
 fn forces(folder: &Path, named: &NamedPiece, step: &Entry) -> Result<Vec<f64>, Error> {
     let (place, m) = (places(named), named.points.len());
     let mut lambda = vec![0.0; 3 * m];
-    forces_of_step(folder, &files_of(step), |name, force| {
+    of_points_of_step::<3>(folder, &files_of(step), ("lambda", false), |name, force| {
         if let Some(&j) = place.get(&name) {
             (0..3).for_each(|r| lambda[r * m + j] = force[r]);
         }
     })?;
     Ok(lambda)
+}
+
+/// What the points here have been through until the end of a step.
+fn history(folder: &Path, named: &NamedPiece, step: &Entry) -> Result<Fretting, Error> {
+    let place = places(named);
+    let mut points = vec![PointHistory::default(); named.points.len()];
+    of_points_of_step(folder, &files_of(step), ("history", true), |name, numbers| {
+        if let Some(&j) = place.get(&name) {
+            points[j] = PointHistory::of_numbers(numbers);
+        }
+    })?;
+    Ok(Fretting::of(points))
 }
 
 /// Where each point stands here.
@@ -327,7 +345,7 @@ fn to_go_on_from(case: &Case, steps: &[Entry]) -> Vec<usize> {
 fn lost_strength(folder: &Path, named: &NamedPiece, step: &Entry, laws: &[Friction]) -> Result<Vec<bool>, Error> {
     let place = places(named);
     let mut left: Vec<[f64; 2]> = laws.iter().map(Friction::strength).collect();
-    strengths_of_step(folder, &files_of(step), |name, strength| {
+    of_points_of_step(folder, &files_of(step), ("strength", true), |name, strength| {
         if let Some(&j) = place.get(&name) {
             left[j] = strength;
         }

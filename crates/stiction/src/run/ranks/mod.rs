@@ -11,6 +11,7 @@ mod elements;
 mod energy;
 mod estimate;
 mod facts;
+mod fretting;
 mod gather;
 mod generate;
 mod hash;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::homes::{Homes, Plan};
 use super::local::{Local, local};
 use super::share::share;
-use super::solve::{Start, march};
+use super::solve::{Marched, Start, march};
 use super::statics::Statics;
 use crate::Error;
 use crate::friction::{Multigrid, Settings, SolverPath};
@@ -57,7 +57,7 @@ fn solved(case: &Case, ranks: &Arc<dyn Ranks>) -> Result<Option<(Local, Vec<V3>)
     let how = (Settings { path: SolverPath::Multigrid, ..settings() }, start, &mut statics);
     // It takes a sixty-fourth of the case: who asks to stop is heard after it.
     let mut observer = |_: &_| ControlFlow::Continue(());
-    let (found, _, _) = march(case, (&mut local, &mut multigrid, own), how, (None, None), &mut observer)?;
+    let Marched { found, .. } = march(case, (&mut local, &mut multigrid, own), how, (None, None), &mut observer)?;
     Ok(found.solution.certificate.passed.then_some((local, found.everywhere.u)))
 }
 

@@ -3,7 +3,7 @@
 use super::timed::is_brittle;
 use crate::Error;
 use crate::friction::{Method, SolverPath};
-use crate::io::case::{Case, ContactSpec, During, Spot};
+use crate::io::case::{Case, During, Spot};
 use crate::run::pose::activity::ALWAYS;
 
 /// What every refusal ends with.
@@ -23,7 +23,6 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
         None => Ok(()),
     };
     first(&mut case.cyclic.iter().map(|cyclic| &cyclic.spot), "cyclic symmetry")?;
-    case.contacts.iter().try_for_each(contact)?;
     if case.accuracy.is_some_and(|accuracy| accuracy.proven) {
         return Err(refused(&case.mesh.spot, "the proof of a bound of the error (accuracy.proven)"));
     }
@@ -75,12 +74,4 @@ pub(super) fn check_size(case: &Case, unknowns: usize) -> Result<(), Error> {
         }
         None => Ok(()),
     }
-}
-
-fn contact(contact: &ContactSpec) -> Result<(), Error> {
-    let what = match contact {
-        ContactSpec { wear: Some(_), .. } => "wear",
-        _ => return Ok(()),
-    };
-    Err(refused(&contact.spot, what))
 }

@@ -4,6 +4,7 @@
 
 use std::ops::ControlFlow;
 
+use super::fretting::add_step;
 use super::gather::{AtPoints, WholeAnswer};
 use super::keep::Kept;
 use super::local::{Local, changes};
@@ -12,6 +13,7 @@ use super::solve::Everywhere;
 use super::steps::put_state;
 use super::tighten::Found;
 use super::timed::note_where_it_stands;
+use super::tractions::tractions;
 use crate::Error;
 use crate::certificate::certify_divided;
 use crate::friction::{Counts, Multigrid, Progress, Solution, Status};
@@ -21,6 +23,7 @@ use crate::ranks::{broadcast, put, take};
 use crate::run::pose::axis::Position;
 use crate::run::pose::loads::end;
 use crate::run::pose::{Prepared, prepare};
+use crate::run::results::Fretting;
 use crate::run::solve::{AnswerRecord, Event, Settings, SlidingRecord, Step, StepRecord, solve, solve_steps};
 use crate::solve::SolveEvent;
 
@@ -31,6 +34,8 @@ pub(super) const MOST_UNKNOWNS: usize = 20_000;
 pub(super) struct ByFirst {
     pub last: Found,
     pub steps: Vec<StepRecord>,
+    /// What the points here have been through.
+    pub fretting: Fretting,
     /// What rank 0 knows of the last answer.
     pub answer: AnswerRecord,
     /// Of the solutions beside it displacements and multipliers here.
@@ -90,21 +95,34 @@ fn judged(
 ) -> Result<Option<ByFirst>, Error> {
     let ranks = std::sync::Arc::clone(&local.division.ranks);
     // All are judged before the first one is kept.
-    let Some(mut last) = found.each(case, (local, multigrid), &mut |_, _, _| Ok(()))? else { return Ok(None) };
+    let mut fretting = Fretting::default();
+    let mut rub = |local: &Local, at: &Found, _: usize| {
+        rubbed(&mut fretting, local, at);
+        Ok(())
+    };
+    let Some(mut last) = found.each(case, (local, multigrid), &mut rub)? else { return Ok(None) };
     let Some(others) = found.others(case, (local, multigrid))? else { return Ok(None) };
     if let Some(kept) = kept {
         kept.begin_again(&*ranks)?;
+        fretting = Fretting::default();
         let mut keep = |local: &Local, at: &Found, k: usize| {
+            rubbed(&mut fretting, local, at);
             let Everywhere { free, lambda, states, .. } = &at.everywhere;
             let next = std::array::from_fn(|c| found.at[4 * k + c] as usize);
             let Some(next) = Position::read(next, &case.steps) else { return Ok(()) };
-            kept.add((local, case), (free, lambda, states), &found.steps[..=k], next)
+            kept.add((local, case), (free, lambda, states), (&found.steps[..=k], &fretting), next)
         };
         let Some(again) = found.each(case, (local, multigrid), &mut keep)? else { return Ok(None) };
         last = again;
     }
     let FoundAlone { steps, answer, .. } = found;
-    Ok(Some(ByFirst { last, steps, answer, others }))
+    Ok(Some(ByFirst { last, steps, fretting, answer, others }))
+}
+
+/// Goes on by the increment that ends with this answer.
+fn rubbed(fretting: &mut Fretting, local: &Local, at: &Found) {
+    let tractions = tractions(local, &at.everywhere.free, &at.everywhere.lambda);
+    add_step(fretting, local, &at.everywhere, &at.shortening, &tractions);
 }
 
 /// What a run on one machine finds, as a message that begins with 1; of one that finds nothing a 0, and the limit load of friction.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::estimate::{add_estimate, estimate};
 use super::facts::facts;
+use super::fretting::{add_step, records};
 use super::gather::WholeAnswer;
 use super::keep::{Keep, Kept, widened_before};
 use super::local::{Local, local};
@@ -37,7 +38,7 @@ use crate::run::pose::loads::end;
 use crate::run::pose::{Seconds, Span, stopwatch};
 use crate::run::results::facts_text::problem_rows;
 use crate::run::results::report::Laws;
-use crate::run::results::{Row, Summary, Versions};
+use crate::run::results::{Fretting, Row, Summary, Versions};
 use crate::run::solve::extrapolation::KEPT;
 use crate::run::solve::passing::{Searches, with_searches};
 use crate::run::solve::tractions::Traction;
@@ -223,22 +224,22 @@ impl Begun {
         if let Some(Start::Answer(answer, known)) = &start {
             let found = small::taken(case, (&mut local, &mut multigrid), answer, end(case), known)?;
             of_first = found.is_some().then(|| (**known).clone());
-            by_first = found.map(|found| (found, Vec::new()));
+            by_first = found.map(|found| (found, Vec::new(), Fretting::default()));
         } else if asked {
             let tried = small::by_first(case, &mut local, &mut multigrid, kept.as_mut(), observer)?;
             sliding = tried.sliding;
             by_first = tried.found.map(|found| {
                 (of_first, others) = (Some(found.answer), found.others);
-                (found.last, found.steps)
+                (found.last, found.steps, found.fretting)
             });
         }
         let looks = by_first.is_none() && look.is_none();
         let mut statics = if looks { Statics::new(case, &local, &multigrid) } else { Statics::none() };
-        let (mut found, mut steps, mut remarks) = match by_first {
-            Some((mut found, steps)) => {
+        let Marched { mut found, mut steps, mut fretting, mut remarks } = match by_first {
+            Some((mut found, steps, fretting)) => {
                 let t = steps.last().map_or(end(case), |step| step.t);
                 let remarks = look_at(case, (&local, multigrid.motions()), &mut None, &mut found, t)?;
-                (found, steps, remarks)
+                Marched { found, steps, fretting, remarks }
             }
             None => {
                 let start = start.map(|start| start.displacements(&local)).or(nested);
@@ -252,7 +253,8 @@ impl Begun {
             sliding = tried.sliding;
             if let Some(mut other) = tried.found {
                 other.answer.counts.cycles += found.solution.counts.cycles;
-                (found, steps, of_first) = (other.last, other.steps, Some(other.answer));
+                (found, steps, fretting) = (other.last, other.steps, other.fretting);
+                of_first = Some(other.answer);
                 let t = steps.last().map_or(end(case), |step| step.t);
                 remarks = look_at(case, (&local, multigrid.motions()), &mut None, &mut found, t)?;
             }
@@ -261,7 +263,7 @@ impl Begun {
         if escape.is_some() {
             remarks = Remarks { micromotions: remarks.micromotions, ..Remarks::default() };
         }
-        let tractions = tractions(&local, &found.everywhere.lambda);
+        let tractions = tractions(&local, &found.everywhere.free, &found.everywhere.lambda);
         let t = steps.last().map_or(end(case), |step| step.t);
         let mut answer = record::answer(case, (&local, &multigrid), &found, &remarks, &tractions, t);
         answer.escape_mode = escape.as_ref().map(|escape: &Escape| escape.motion.clone());
@@ -284,8 +286,8 @@ impl Begun {
             overrides: Vec::new(),
             versions: Versions::default(),
             balance: steps.last().map(|last| last.balance),
+            fretting: if steps.is_empty() { Vec::new() } else { records(&fretting, case, &local) },
             steps,
-            fretting: Vec::new(),
             accuracy: None,
             bound: None,
             command: None,
@@ -351,6 +353,14 @@ impl Start {
     }
 }
 
+/// The last answer, the records of all increments, what the points here have been through, and what is to be remarked.
+pub(super) struct Marched {
+    pub found: Found,
+    steps: Vec<StepRecord>,
+    fretting: Fretting,
+    remarks: Remarks,
+}
+
 /// Solves the increments of all load steps, or without steps what acts at once.
 pub(super) fn march(
     case: &Case,
@@ -358,7 +368,7 @@ pub(super) fn march(
     (settings, start, statics): (friction::Settings, Option<Vec<f64>>, &mut Statics),
     (mut kept, mut look): (Option<&mut Kept>, Option<&mut Look>),
     observer: &mut Watch<Progress>,
-) -> Result<(Found, Vec<StepRecord>, Remarks), Error> {
+) -> Result<Marched, Error> {
     let ranks = Arc::clone(&local.division.ranks);
     let mut stopped = false;
     let mut watch = |progress: &Progress| {
@@ -368,7 +378,8 @@ pub(super) fn march(
     let (slid, shortening) = (vec![0.0; 2 * local.problem.points()], vec![0.0; local.bolts.len()]);
     let (lost, answers) = (Vec::new(), Vec::new());
     let (at, body) = (Position::start(), energy::at_rest(local));
-    let mut march = March { at, slid, shortening, lost, answers, start, moved: None, body };
+    let fretting = Fretting::default();
+    let mut march = March { at, slid, shortening, lost, answers, start, moved: None, body, fretting };
     let mut steps = Vec::new();
     if let Some(finished) = kept.as_mut().and_then(|kept| kept.finished()) {
         steps = march.go_on(finished, local, case)?;
@@ -407,10 +418,11 @@ pub(super) fn march(
         let (before, tolerance) = (march.answers.last().map(|answer| &answer.u[..]), solver.settings.tolerance);
         move_back(solver.local, solver.multigrid.motions(), before, tolerance, &mut found);
         let remarks = look_at(case, (solver.local, solver.multigrid.motions()), &mut march.moved, &mut found, t)?;
-        let Some([begin, t]) = span else { return Ok((found, steps, remarks)) };
+        let Some([begin, t]) = span else { return Ok(Marched { found, steps, fretting: march.fretting, remarks }) };
         let solved = found.solution.status == Status::Solved;
         look.as_mut().map_or(Ok(()), |look| look(solver.local, &found, t))?;
-        let tractions = tractions(solver.local, &found.everywhere.lambda);
+        let tractions = tractions(solver.local, &found.everywhere.free, &found.everywhere.lambda);
+        add_step(&mut march.fretting, solver.local, &found.everywhere, &found.shortening, &tractions);
         let of = (&*solver.local, &*solver.multigrid);
         let mut answer = record::answer(case, of, &found, &remarks, &tractions, t);
         if answer.status != Status::NoEquilibrium {
@@ -426,10 +438,10 @@ pub(super) fn march(
         march.at = march.at.advance(&case.steps);
         if let Some(kept) = &mut kept {
             let Everywhere { free, lambda, states, .. } = &found.everywhere;
-            kept.add((solver.local, case), (free, lambda, states), &steps, march.at)?;
+            kept.add((solver.local, case), (free, lambda, states), (&steps, &march.fretting), march.at)?;
         }
         if !solved || march.at.span(&case.steps).is_none() {
-            return Ok((found, steps, remarks));
+            return Ok(Marched { found, steps, fretting: march.fretting, remarks });
         }
         march.slid = sliding(solver.local, &found.everywhere.free);
         march.lost.clone_from(&solver.local.timed.lost);

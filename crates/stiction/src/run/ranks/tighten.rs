@@ -21,6 +21,7 @@ use crate::linalg::Watch;
 use crate::ranks::{agree, max, sum};
 use crate::run::pose::axis::Position;
 use crate::run::pose::bolts::Target;
+use crate::run::results::Fretting;
 use crate::run::solve::StepRecord;
 use crate::run::solve::balance::BodyState;
 use crate::run::solve::bolts::BoltSearch;
@@ -43,6 +44,8 @@ pub(super) struct March {
     pub moved: Option<Moved>,
     /// The body at the end of the last step, for the balance of energy.
     pub body: BodyState,
+    /// What the points here have been through until then.
+    pub fretting: Fretting,
 }
 
 /// What acts at a time, and the answer, of all unknowns and points here.
@@ -59,7 +62,7 @@ impl March {
     /// # Errors
     /// Expressions that are not finite at their times, at every rank.
     pub(super) fn go_on(&mut self, before: Finished, local: &mut Local, case: &Case) -> Result<Vec<StepRecord>, Error> {
-        let Finished { records, u, lambda, lost, at } = before;
+        let Finished { records, u, lambda, fretting, lost, at } = before;
         let ranks = Arc::clone(&local.division.ranks);
         local.timed.lost.clone_from(&lost);
         self.lost = lost;
@@ -82,7 +85,7 @@ impl March {
             let (loads, balance) = (energy::state(local, record.t), record.balance.balance());
             self.body = BodyState { loads, u: last.u.clone(), lambda, balance };
         }
-        self.at = at;
+        (self.at, self.fretting) = (at, fretting);
         Ok(records)
     }
 

@@ -9,20 +9,23 @@ use super::solve::{axes, entries};
 use crate::certificate::ghost_values;
 use crate::mesh::v3::{V3, add, dot, scale};
 use crate::ranks::{put, take};
-use crate::run::solve::tractions::{Traction, project};
+use crate::run::solve::tractions::{Traction, project, rubbing};
 
 /// Tractions of all points here, and of each surface the largest pressure at a node of the other one, the same on every rank.
 pub(super) struct RankTractions {
     pub points: Vec<Traction>,
     pub max_other_pressure: Vec<f64>,
+    /// At own points work of friction and pressure times slip of the load step, energy per area, as
+    /// [`Tractions::rubbing`](crate::run::solve::tractions::Tractions::rubbing).
+    pub rubbing: Vec<[f64; 2]>,
 }
 
-/// Those of an answer; `lambda` are the multipliers of all points here.
-pub(super) fn tractions(local: &Local, lambda: &[f64]) -> RankTractions {
+/// Those of an answer, of which `u` are the displacements of all unknowns and `lambda` the multipliers of all points here.
+pub(super) fn tractions(local: &Local, u: &[f64], lambda: &[f64]) -> RankTractions {
     let (problem, division) = (&local.problem, &local.division);
-    let m = problem.points();
+    let (m, count) = (problem.points(), local.timed.contact_points());
     let quotient = |j: usize| {
-        if j >= local.timed.contact_points() {
+        if j >= count {
             return [0.0; 4];
         }
         let (_, [_, t1, t2]) = axes(local, j);
@@ -30,13 +33,18 @@ pub(super) fn tractions(local: &Local, lambda: &[f64]) -> RankTractions {
         [lambda[j], x, y, z].map(|force| force / problem.labels.area[j])
     };
     let mut points: Vec<Traction> = (0..m).map(quotient).collect();
+    let mut rubbing = rubbing(problem, u, lambda, count);
     if !local.between_bodies.contains(&true) {
-        return RankTractions { points, max_other_pressure: vec![0.0; local.signs.len()] };
+        return RankTractions { points, max_other_pressure: vec![0.0; local.signs.len()], rubbing };
     }
     let is_own = |j: &usize| division.is_own(division.points[*j]) && local.between_bodies[local.pair_of(*j)];
-    let own: Vec<usize> = (0..local.timed.contact_points()).filter(is_own).collect();
-    let (means, max_other_pressure) = exchanged(local, &own, &points);
+    let own: Vec<usize> = (0..count).filter(is_own).collect();
+    let of_rubbing = |j: usize| [rubbing[j][0], rubbing[j][1], 0.0, 0.0];
+    let [forces, works]: [Vec<Traction>; 2] =
+        [own.iter().map(|&j| points[j]).collect(), own.iter().map(|&j| of_rubbing(j)).collect()];
+    let ([means, works], max_other_pressure) = exchanged(local, &own, [forces, works]);
     own.iter().zip(means).for_each(|(&j, mean)| points[j] = mean);
+    own.iter().zip(works).for_each(|(&j, [work, pressed, ..])| rubbing[j] = [work, pressed]);
     // Three numbers of a point at a time are asked of its owner.
     let zeros = vec![0.0; problem.unknowns()];
     let fetch = |of: [usize; 3]| {
@@ -45,22 +53,23 @@ pub(super) fn tractions(local: &Local, lambda: &[f64]) -> RankTractions {
     };
     let (first, last) = (fetch([0, 1, 2]), fetch([3, 3, 3]));
     let points = (0..m).map(|j| [first[j], first[m + j], first[2 * m + j], last[j]]).collect();
-    RankTractions { points, max_other_pressure }
+    RankTractions { points, max_other_pressure, rubbing }
 }
 
-/// The means at the points `own`, found by rank 0 for all ranks.
-fn exchanged(local: &Local, own: &[usize], quotients: &[Traction]) -> (Vec<Traction>, Vec<f64>) {
+/// The means at the points `own` of both of their quotients, force and work over area, found by rank 0 for all ranks; the largest pressure at
+/// a node of the other surface of each pair.
+fn exchanged(local: &Local, own: &[usize], quotients: [Vec<Traction>; 2]) -> ([Vec<Traction>; 2], Vec<f64>) {
     let ranks = &*local.division.ranks;
     let shared: Vec<Vec<(u64, f64)>> = own.iter().map(|&j| shared(local, j)).collect();
     let mut message = Vec::new();
     put(&own.iter().map(|&j| local.pair_of(j) as u32).collect::<Vec<_>>(), &mut message);
-    put(&own.iter().map(|&j| quotients[j]).collect::<Vec<_>>(), &mut message);
+    quotients.iter().for_each(|of| put(of, &mut message));
     put(&shared.iter().map(|row| row.len() as u32).collect::<Vec<_>>(), &mut message);
     put(&shared.iter().flatten().map(|entry| entry.0).collect::<Vec<u64>>(), &mut message);
     put(&shared.iter().flatten().map(|entry| entry.1).collect::<Vec<f64>>(), &mut message);
     let reply = answered_by_first(ranks, message, |messages| replies(messages, local.signs.len()));
     let mut from = &reply[..];
-    (take(&mut from), take(&mut from))
+    ([take(&mut from), take(&mut from)], take(&mut from))
 }
 
 /// What a point shares with the nodes of the other surface, by their numbers in the whole mesh, with the partition of unity in it;
@@ -87,13 +96,14 @@ fn shared(local: &Local, j: usize) -> Vec<(u64, f64)> {
     shared.chunk_by(|a, b| a.0 == b.0).map(|terms| (terms[0].0, terms.iter().map(|term| term.1).sum())).collect()
 }
 
-/// A point of a rank: its pair, its quotient of force and area, and what it shares.
-type Sent = (u32, Traction, Vec<(u64, f64)>);
+/// A point of a rank: its pair, its quotients of force and of work and area, and what it shares.
+type Sent = (u32, [Traction; 2], Vec<(u64, f64)>);
 
 /// The messages of rank 0 to all ranks, of so many surfaces.
 fn replies(messages: &[Vec<u8>], surfaces: usize) -> Vec<Vec<u8>> {
     let all: Vec<Vec<Sent>> = messages.iter().map(|message| sent(message)).collect();
-    let mut means: Vec<Vec<Traction>> = all.iter().map(|points| vec![[0.0; 4]; points.len()]).collect();
+    let mut means: Vec<[Vec<Traction>; 2]> =
+        all.iter().map(|points| [0, 1].map(|_| vec![[0.0; 4]; points.len()])).collect();
     let mut most = vec![0.0; surfaces];
     let pairs: BTreeSet<u32> = all.iter().flatten().map(|point| point.0).collect();
     for pair in pairs {
@@ -109,14 +119,18 @@ fn replies(messages: &[Vec<u8>], surfaces: usize) -> Vec<Vec<u8>> {
         let place = |node: u64| nodes.partition_point(|&other| other < node);
         let shared: Vec<Vec<(usize, f64)>> =
             rows().map(|point| point.2.iter().map(|&(node, area)| (place(node), area)).collect()).collect();
-        let quotients: Vec<Traction> = rows().map(|point| point.1).collect();
-        let (of_points, of_nodes) = project(&shared, &quotients, nodes.len());
-        places.iter().zip(of_points).for_each(|(&(rank, place), mean)| means[rank][place] = mean);
-        most[pair as usize] = of_nodes.iter().flatten().fold(0.0, |most: f64, traction| most.max(traction[0]));
+        for which in [0, 1] {
+            let quotients: Vec<Traction> = rows().map(|point| point.1[which]).collect();
+            let (of_points, of_nodes) = project(&shared, &quotients, nodes.len());
+            places.iter().zip(of_points).for_each(|(&(rank, place), mean)| means[rank][which][place] = mean);
+            if which == 0 {
+                most[pair as usize] = of_nodes.iter().flatten().fold(0.0, |most: f64, traction| most.max(traction[0]));
+            }
+        }
     }
-    let reply = |means: &Vec<Traction>| {
+    let reply = |means: &[Vec<Traction>; 2]| {
         let mut to = Vec::new();
-        put(means, &mut to);
+        means.iter().for_each(|of| put(of, &mut to));
         put(&most, &mut to);
         to
     };
@@ -125,11 +139,14 @@ fn replies(messages: &[Vec<u8>], surfaces: usize) -> Vec<Vec<u8>> {
 
 fn sent(mut message: &[u8]) -> Vec<Sent> {
     let from = &mut message;
-    let (pairs, quotients, counts): (Vec<u32>, Vec<Traction>, Vec<u32>) = (take(from), take(from), take(from));
+    let pairs: Vec<u32> = take(from);
+    let [forces, works]: [Vec<Traction>; 2] = [take(from), take(from)];
+    let counts: Vec<u32> = take(from);
     let (nodes, areas): (Vec<u64>, Vec<f64>) = (take(from), take(from));
     let mut shared = nodes.into_iter().zip(areas);
     let rows = counts.into_iter().map(|count| shared.by_ref().take(count as usize).collect());
-    pairs.into_iter().zip(quotients).zip(rows).map(|((pair, quotient), row)| (pair, quotient, row)).collect()
+    let quotients = forces.into_iter().zip(works).map(|(force, work)| [force, work]);
+    pairs.into_iter().zip(quotients).zip(rows).map(|((pair, quotients), row)| (pair, quotients, row)).collect()
 }
 
 /// The shear of a traction.

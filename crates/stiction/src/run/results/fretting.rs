@@ -68,6 +68,24 @@ impl Default for PointHistory {
 }
 
 impl PointHistory {
+    /// How many there are of [`Self::numbers`].
+    pub(crate) const NUMBERS: usize = 19;
+
+    /// All that is known, to be kept in a file.
+    pub(crate) fn numbers(&self) -> [f64; Self::NUMBERS] {
+        let PointHistory { step_work, step_pressed, work, path, pressed_path, shear, tension, slid, shears } = *self;
+        let single = [step_work, step_pressed, work, path, pressed_path, shear, tension];
+        let boxes = [slid, shears];
+        from_fn(|k| if k < 7 { single[k] } else { boxes.as_flattened().as_flattened()[k - 7] })
+    }
+
+    /// The history of [`Self::numbers`].
+    pub(crate) fn of_numbers(of: [f64; Self::NUMBERS]) -> Self {
+        let [step_work, step_pressed, work, path, pressed_path, shear, tension, ..] = of;
+        let [slid, shears] = [7, 13].map(|first| [0, 3].map(|place| from_fn(|c| of[first + place + c])));
+        PointHistory { step_work, step_pressed, work, path, pressed_path, shear, tension, slid, shears }
+    }
+
     /// Goes on by a step. Friction and pressure are those of its end, as in the law that is solved.
     pub(crate) fn add(&mut self, step: &PointStep) {
         (self.step_work, self.step_pressed) = (step.work, step.pressed);
@@ -140,6 +158,11 @@ pub(crate) struct Fretting {
 }
 
 impl Fretting {
+    /// Of these histories.
+    pub(crate) fn of(points: Vec<PointHistory>) -> Self {
+        Fretting { points }
+    }
+
     /// Goes on by the step at whose end the surfaces are like this.
     pub(crate) fn add(&mut self, steps: impl Iterator<Item = Option<PointStep>>) {
         for (at, step) in steps.enumerate() {
@@ -210,27 +233,43 @@ pub(crate) fn records(surfaces: &[SurfaceFields], figures: &[[f64; FIGURES]]) ->
         if surface.side == Side::Master {
             continue;
         }
-        let mut r = FrettingRecord { name: surface.name.clone(), ..FrettingRecord::default() };
-        for (figures, &area) in own.iter().zip(&surface.area).filter(|(figures, _)| !figures[0].is_nan()) {
-            let [_, _, work, _, slip, shear, _, _, first, second, wear, _] = *figures;
-            r.work += area * work;
-            for (largest, value) in [
-                (&mut r.max_work, work),
-                (&mut r.max_slip_amplitude, slip),
-                (&mut r.max_shear_amplitude, shear),
-                (&mut r.max_ruiz_1, first),
-                (&mut r.max_ruiz_2, second),
-            ] {
-                *largest = largest.max(value);
-            }
-            if wear.is_finite() {
-                r.max_wear = Some(r.max_wear.unwrap_or(0.0).max(wear));
-                r.worn_volume = Some(r.worn_volume.unwrap_or(0.0) + area * wear);
-            }
-        }
-        all.push(r);
+        let known = own.iter().zip(&surface.area).filter(|(figures, _)| !figures[0].is_nan());
+        let has_wear = known.clone().any(|(figures, _)| figures[10].is_finite());
+        let points = known.map(|(figures, area)| (*figures, *area));
+        all.push(FrettingRecord::of(&surface.name, has_wear, points));
     }
     all
+}
+
+impl FrettingRecord {
+    /// That of points with these figures and areas.
+    pub(crate) fn of(name: &str, has_wear: bool, points: impl Iterator<Item = ([f64; FIGURES], f64)>) -> Self {
+        let none = has_wear.then_some(0.0);
+        let mut r = FrettingRecord { name: name.into(), max_wear: none, worn_volume: none, ..Self::default() };
+        for (figures, area) in points {
+            let [_, _, work, _, slip, shear, _, _, first, second, wear, _] = figures;
+            r.work += area * work;
+            r.worn_volume = r.worn_volume.map(|volume| volume + area * wear);
+            let most = r.maxima();
+            let here = [work, slip, shear, first, second, wear];
+            r = r.with_maxima(from_fn(|k| most[k].max(here[k])));
+        }
+        r
+    }
+
+    /// The largest values, those of wear the last.
+    pub(crate) fn maxima(&self) -> [f64; 6] {
+        let FrettingRecord { max_work, max_slip_amplitude, max_shear_amplitude, max_ruiz_1, max_ruiz_2, .. } = *self;
+        let wear = self.max_wear.unwrap_or(0.0);
+        [max_work, max_slip_amplitude, max_shear_amplitude, max_ruiz_1, max_ruiz_2, wear]
+    }
+
+    /// The record with other largest values.
+    pub(crate) fn with_maxima(self, most: [f64; 6]) -> Self {
+        let [max_work, max_slip_amplitude, max_shear_amplitude, max_ruiz_1, max_ruiz_2, wear] = most;
+        let max_wear = self.max_wear.map(|_| wear);
+        FrettingRecord { max_work, max_slip_amplitude, max_shear_amplitude, max_ruiz_1, max_ruiz_2, max_wear, ..self }
+    }
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::contact::{Counterpart, Master, TributaryArea, tributary_areas};
+use crate::contact::{ContactProblem, Counterpart, Master, TributaryArea, tributary_areas};
 use crate::fem::DofMap;
 use crate::mesh::v3::{V3, add, dot, scale};
 use crate::run::pose::Prepared;
@@ -48,16 +48,8 @@ pub(crate) fn tractions(prepared: &Prepared, outcome: &Outcome, frames: &[PointF
         [n, x, y, z].map(|force| force / problem.labels.area[j])
     };
     let mut points: Vec<Traction> = frames.iter().enumerate().map(quotient).collect();
-    let slips = problem.gap_and_slip(&outcome.solution.u);
-    let rubbing = |j: usize| {
-        let [[n, a, b], [_, s, t]] = [lambda, &slips].map(|of| problem.rows(j).map(|row| of[row]));
-        let area = problem.labels.area[j] * problem.labels.unity_sum[j];
-        if area <= 0.0 {
-            return [0.0; 4];
-        }
-        [-(a * s + b * t) / area, n * s.hypot(t) / area, 0.0, 0.0]
-    };
-    let mut rubbing: Vec<Traction> = (0..frames.len()).map(rubbing).collect();
+    let rubbing = rubbing(problem, &outcome.solution.u, lambda, frames.len());
+    let mut rubbing: Vec<Traction> = rubbing.into_iter().map(|[work, pressed]| [work, pressed, 0.0, 0.0]).collect();
     let mut masters = Vec::new();
     for (surface, pair) in prepared.surfaces.iter().zip(&problem.labels.pairs) {
         let Counterpart::Surface(master) = &surface.against else {
@@ -74,6 +66,17 @@ pub(crate) fn tractions(prepared: &Prepared, outcome: &Outcome, frames: &[PointF
     }
     let rubbing = rubbing.into_iter().map(|[work, pressed, ..]| [work, pressed]).collect();
     Tractions { points, masters, rubbing }
+}
+
+/// Work of friction and pressure times slip at the first `count` points, energy per area.
+pub(crate) fn rubbing(problem: &ContactProblem, u: &[f64], lambda: &[f64], count: usize) -> Vec<[f64; 2]> {
+    let slips = problem.gap_and_slip(u);
+    let of_point = |j: usize| {
+        let [[n, a, b], [_, s, t]] = [lambda, &slips].map(|of| problem.rows(j).map(|row| of[row]));
+        let area = problem.labels.area[j] * problem.labels.unity_sum[j];
+        if area > 0.0 { [-(a * s + b * t) / area, n * s.hypot(t) / area] } else { [0.0; 2] }
+    };
+    (0..count).map(of_point).collect()
 }
 
 /// What each of these points shares with the nodes of the master, `int psi_j phi`, with the partition of unity in it, and
