@@ -13,8 +13,7 @@ use super::ranks::case_of;
 use super::ranks_files::{folder, killed_when, passes, solved};
 
 /// The summary that one machine writes into a folder.
-fn serial(case: &Case) -> Summary {
-    let home = Folder::new("ranks-sums");
+fn serial(case: &Case, home: &Folder) -> Summary {
     let plan = Plan { folder: Some(&home.path), ..Plan::default() };
     let go_on = &mut |_: stiction::run::Stage| ControlFlow::Continue(());
     let (prepared, mut outcome, ahead) = solve_case(case, &plan, &Stop::never(), None, go_on).unwrap();
@@ -65,18 +64,55 @@ fn same(found: &Summary, expected: &Summary) {
     }
 }
 
+/// The head and the lines of a file of contact nodes.
+fn table(path: &Path) -> Vec<Vec<String>> {
+    let text = std::fs::read_to_string(path).unwrap();
+    text.lines().map(|line| line.split(',').map(str::to_string).collect()).collect()
+}
+
+/// Numbers agree to this part of the largest of their column.
+const SAME: f64 = 1e-5;
+
+/// The nodes of both sides of each pair with all that is known of them: the same lines in the same order.
+fn same_tables(found: &Path, expected: &Path) {
+    let [a, b] = [table(found), table(expected)];
+    assert!(a.len() == b.len() && a[0] == b[0], "{} {}: {:?} {:?}", a.len(), b.len(), a[0], b[0]);
+    for column in 0..a[0].len() {
+        let head = &a[0][column];
+        let of = |table: &[Vec<String>]| table[1..].iter().map(|line| line[column].clone()).collect::<Vec<String>>();
+        let (a, b) = (of(&a), of(&b));
+        let number = |text: &String| text.parse::<f64>().unwrap_or(f64::NAN);
+        // Gaps of closed contact are rounding.
+        let most = b.iter().map(number).fold(1e-9, |most: f64, x| most.max(x.abs()));
+        for (line, (a, b)) in a.iter().zip(&b).enumerate() {
+            let near = (number(a) - number(b)).abs() <= SAME * most;
+            assert!(a == b || near, "{head}, line {line}: {a} {b}");
+        }
+    }
+}
+
 fn agrees(name: &str, case: &Case) {
-    let expected = serial(case);
+    let home = Folder::new(&format!("ranks-sums-{name}"));
+    let expected = serial(case, &home);
+    let last = match expected.steps.len() {
+        0 => "contact.csv".to_string(),
+        count => format!("contact-{count:04}.csv"),
+    };
     for size in [1, 3] {
         let whole = folder(&format!("sums-{name}-{size}"));
         same(&solved(case, size, &whole, false), &expected);
+        same_tables(&whole.join("contact.csv"), &home.at(&last));
         passes(&whole);
+    }
+    if expected.steps.is_empty() {
+        return;
     }
     // Begun on three ranks, ended on two.
     let part = folder(&format!("sums-{name}-part"));
     let third = |part: &Path| part.join("step-0003-0000.npz").exists();
     killed_when(case, 3, &part, false, &|_| third(&part));
     same(&solved(case, 2, &part, true), &expected);
+    same_tables(&part.join("contact.csv"), &home.at(&last));
     passes(&part);
 }
 
@@ -85,6 +121,18 @@ fn work_of_friction_wear_and_energies_are_those_of_one_machine() {
     let worn = "friction = { coulomb = 0.3 }\nwear = 2e-6";
     agrees("hex8", &case_of(&to_and_fro("hex8", worn), "1e-10"));
     agrees("tet10", &case_of(&to_and_fro("tet10", "friction = { coulomb = 0.2 }"), "1e-10"));
+}
+
+#[test]
+fn nodes_of_both_sides_are_told_as_on_one_machine() {
+    let (text, wall) = (
+        to_and_fro("wedge15", "friction = { coulomb = 0.3 }"),
+        "[[contact]]\nname = \"wall\"\non = \"b.x-max\"\n\
+        against = { sphere = { center = [13.01, 5, 6], radius = 5 } }\nfriction = \"none\"\n",
+    );
+    let (at_once, _) = text.split_once("[[step]]").unwrap();
+    let at_once = at_once.replace("sin(2*t)", "1").replace("min(t, 1)", "1").replace("*t", "");
+    agrees("both", &case_of(&format!("{at_once}{wall}"), "1e-10"));
 }
 
 /// Rows of the judge: an energy that is not that of the files is told.

@@ -38,16 +38,16 @@ pub(super) fn load(local: &Local) -> V3 {
     summed(local, counted(local, |own| load_of(&local.model.dofs, &local.problem, own)))
 }
 
-/// Force of the supports on the body at each node here, newton; complete at own nodes.
-pub(super) fn reactions(local: &Local, answer: &Everywhere, t: f64) -> Vec<V3> {
-    let Everywhere { free, lambda, .. } = answer;
+/// Force of the supports on the body at each node here, newton, complete at own nodes; from displacements of all unknowns and multipliers of all
+/// points here.
+pub(super) fn reactions(local: &Local, [free, lambda]: [&[f64]; 2], t: f64) -> Vec<V3> {
     let of_ties = local.timed.reactions(lambda, t);
     reaction_at_nodes(local.piece.mesh.nodes.len(), (&local.model, &local.problem), &of_ties, free, lambda)
 }
 
 /// That of all supports.
 pub(super) fn reaction(local: &Local, answer: &Everywhere, t: f64) -> V3 {
-    let all = reactions(local, answer, t);
+    let all = reactions(local, [&answer.free, &answer.lambda], t);
     let own = all.iter().enumerate().filter(|(v, _)| local.division.is_own(*v as u32));
     summed(local, own.fold([0.0; 3], |sum, (_, force)| add(sum, *force)))
 }

@@ -4,14 +4,15 @@ use super::bolts::strain;
 use super::local::Local;
 use super::solve::{Everywhere, axes};
 use super::steps::slid;
+use super::tighten::Found;
 use super::tractions::{RankTractions, shear};
 use crate::accuracy::{Straining, nodal_stress_at};
-use crate::fem::{Solid, Voigt};
+use crate::fem::Solid;
 use crate::friction::PointState;
 use crate::io::case::Case;
 use crate::mesh::v3::{V3, add, norm, scale};
 use crate::ranks::{max, sum};
-use crate::run::results::{Fretting, FrettingRecord, PointHistory, PointStep, tension_along};
+use crate::run::results::{FIGURES, Fretting, FrettingRecord, PointHistory, PointStep, tension_along};
 
 /// Adds the step at whose end the answer is this one.
 pub(super) fn add_step(
@@ -23,11 +24,10 @@ pub(super) fn add_step(
 ) {
     let (m, count) = (local.problem.points(), local.timed.contact_points());
     let is_own = |j: usize| local.division.is_own(local.division.points[j]);
-    let own: Vec<usize> = (0..count).filter(|&j| is_own(j)).collect();
-    let stress = stress_at(local, answer, shortening, &own);
+    let tension = tensions(local, answer, shortening);
     let (left, slid) = (local.problem.gap_and_slip(&answer.free), slid(local, &answer.free));
     let of_point = |j: usize| {
-        let (node, [normal, t1, t2]) = axes(local, j);
+        let (_, [_, t1, t2]) = axes(local, j);
         let (sign, share) = (local.signs[local.pair_of(j)], local.problem.labels.unity_sum[j]);
         let along = |a: f64, b: f64| -> V3 { scale(sign / share, add(scale(a, t1), scale(b, t2))) };
         let [work, pressed] = tractions.rubbing[j];
@@ -37,17 +37,19 @@ pub(super) fn add_step(
             shear: scale(sign, shear(tractions.points[j])),
             slip: along(-left[m + j], -left[2 * m + j]),
             slid: along(slid[j], slid[m + j]),
-            tension: tension_along(&stress[node as usize], scale(1.0 / norm(normal), normal)),
+            tension: tension[j],
             touching: answer.states[j] != PointState::Open,
         }
     };
     fretting.add((0..count).map(|j| is_own(j).then(|| of_point(j))));
 }
 
-/// The stress at the nodes of these points, which have all of their cells here; NaN at others.
-fn stress_at(local: &Local, answer: &Everywhere, shortening: &[f64], points: &[usize]) -> Vec<Voigt> {
+/// The largest tension along the surface at each own contact point here, whose node has all of its cells here; NaN at others.
+fn tensions(local: &Local, answer: &Everywhere, shortening: &[f64]) -> Vec<f64> {
+    let is_own = |j: usize| local.division.is_own(local.division.points[j]);
+    let points = 0..local.timed.contact_points();
     let mut wanted = vec![false; local.piece.mesh.nodes.len()];
-    points.iter().for_each(|&j| wanted[local.node_of(j) as usize] = true);
+    points.clone().filter(|&j| is_own(j)).for_each(|j| wanted[local.node_of(j) as usize] = true);
     let solid =
         Solid { mesh: &local.piece.mesh, materials: &local.materials, material_of_cell: &local.material_of_cell };
     let cuts: Vec<_> = local.bolts.iter().map(|bolt| &bolt.bolt.cut).zip(shortening.iter().copied()).collect();
@@ -58,7 +60,19 @@ fn stress_at(local: &Local, answer: &Everywhere, shortening: &[f64], points: &[u
         cuts: &cuts,
         region: &local.material_of_cell,
     };
-    nodal_stress_at(&solid, &straining, Some(&wanted)).stress
+    let stress = nodal_stress_at(&solid, &straining, Some(&wanted)).stress;
+    let at_point = |j: usize| {
+        let (node, [normal, ..]) = axes(local, j);
+        if is_own(j) { tension_along(&stress[node as usize], scale(1.0 / norm(normal), normal)) } else { f64::NAN }
+    };
+    points.map(at_point).collect()
+}
+
+/// The figures of all contact points here at the end of the last step; those of other ranks are not known.
+pub(super) fn figures(fretting: &Fretting, case: &Case, local: &Local, last: &Found) -> Vec<[f64; FIGURES]> {
+    let tension = tensions(local, &last.everywhere, &last.shortening);
+    let wear = |j: usize| case.contacts[local.contact_of[local.pair_of(j)] as usize].wear;
+    tension.iter().enumerate().map(|(j, &tension)| fretting.at(j).figures(tension, wear(j))).collect()
 }
 
 /// The histories of all points here as numbers, those of other ranks and of ties zero.

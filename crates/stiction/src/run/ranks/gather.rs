@@ -9,7 +9,7 @@ use crate::contact::{Contact, Friction};
 use crate::fem::full_displacement;
 use crate::friction::{PointState, Solution};
 use crate::mesh::v3::V3;
-use crate::ranks::{Ranks, Wire, gather, put, take};
+use crate::ranks::{Ranks, Wire, all_to_all, from_bytes, gather, put, take, to_bytes};
 use crate::run::pose::Prepared;
 use crate::run::solve::Outcome;
 
@@ -194,6 +194,30 @@ pub(super) fn scattered<T: Wire>(ranks: &dyn Ranks, wanted: &[u64], list: &[T]) 
         ranks.exchange(vec![(rank, message)], &[]);
     }
     of(wanted)
+}
+
+/// What the owners of nodes here know of them; `own` says it of own nodes. All ranks ask together.
+pub(super) fn of_owners<T: Wire>(local: &Local, nodes: &[u32], own: &dyn Fn(u32) -> T) -> Vec<T> {
+    let (piece, ranks) = (&local.piece, &*local.division.ranks);
+    let owner = |node: u32| piece.owner[node as usize] as usize;
+    let mut asked: Vec<(Vec<usize>, Vec<u64>)> = vec![Default::default(); ranks.size()];
+    for (place, &node) in nodes.iter().enumerate().filter(|(_, node)| owner(**node) != ranks.rank()) {
+        let (places, numbers) = &mut asked[owner(node)];
+        places.push(place);
+        numbers.push(piece.nodes[node as usize]);
+    }
+    let questions = asked.iter().map(|(_, numbers)| to_bytes(numbers)).collect();
+    let answer = |numbers: &Vec<u8>| {
+        let of = |number: u64| own(piece.nodes.partition_point(|&other| other < number) as u32);
+        to_bytes(&from_bytes(numbers).into_iter().map(of).collect::<Vec<T>>())
+    };
+    let answers = all_to_all(ranks, questions).iter().map(answer).collect();
+    // Those of other ranks are filled in below.
+    let mut all: Vec<T> = nodes.iter().map(|&node| own(node)).collect();
+    for ((places, _), found) in asked.into_iter().zip(all_to_all(ranks, answers)) {
+        places.into_iter().zip(from_bytes(&found)).for_each(|(place, value)| all[place] = value);
+    }
+    all
 }
 
 /// What rank 0 answers this rank, where `answer` makes of the messages of all ranks one for each.

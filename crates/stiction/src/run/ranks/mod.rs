@@ -40,6 +40,7 @@ mod small;
 mod solve;
 mod statics;
 mod steps;
+mod surfaces;
 mod ties;
 mod tighten;
 mod timed;

@@ -3,17 +3,23 @@
 use std::path::Path;
 
 use super::solve::RankedAnswer;
-use super::write::{AtPoint, ForPeople};
+use super::write::ForPeople;
 use crate::Error;
 use crate::fem::Voigt;
 use crate::ranks::Ranks;
-use crate::run::results::Summary;
+use crate::run::results::{Summary, SurfaceFields};
 
 /// Nothing.
 pub(super) struct Shown;
 
 impl Shown {
-    pub(super) fn gathered(_: &RankedAnswer, _: (&[Voigt], &[AtPoint]), _: ForPeople, _: &dyn Ranks) -> Option<Shown> {
+    pub(super) fn gathered(
+        _: &RankedAnswer,
+        _: &[Voigt],
+        _: Option<&[SurfaceFields]>,
+        _: ForPeople,
+        _: &dyn Ranks,
+    ) -> Option<Shown> {
         None
     }
 

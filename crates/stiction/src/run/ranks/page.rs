@@ -26,7 +26,7 @@ pub fn write_report(folder: &Path) -> Result<usize, Error> {
     report_of_pieces_fits(&pieces[0])?;
     let summary: Summary = summary::read(&path)?;
     let nodes = summary.ranks.as_ref().map_or(0, |of| of.nodes);
-    let view = view_of_pieces(&pieces, nodes, Units::of(summary.units.as_deref()));
+    let view = view_of_pieces(&pieces, nodes, !summary.steps.is_empty(), Units::of(summary.units.as_deref()));
     let view = view.map_err(|error| error.at(&folder.display().to_string()))?;
     write_page(folder, &summary, &case_in(folder)?, &view)
 }

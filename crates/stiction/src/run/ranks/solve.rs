@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::estimate::{add_estimate, estimate};
 use super::facts::facts;
-use super::fretting::{add_step, records};
+use super::fretting::{add_step, figures, records};
 use super::gather::WholeAnswer;
 use super::keep::{Keep, Kept, widened_before};
 use super::local::{Local, local};
@@ -19,7 +19,7 @@ use super::statics::Statics;
 use super::steps::slid as sliding;
 use super::tighten::{Answer, Found, March, Solver};
 use super::timed::note_where_it_stands;
-use super::tractions::tractions;
+use super::tractions::{RankTractions, tractions};
 use super::{energy, nested, record, room, scope, share, small};
 use crate::Error;
 use crate::certificate::ghost_values;
@@ -38,7 +38,7 @@ use crate::run::pose::loads::end;
 use crate::run::pose::{Seconds, Span, stopwatch};
 use crate::run::results::facts_text::problem_rows;
 use crate::run::results::report::Laws;
-use crate::run::results::{Fretting, Row, Summary, Versions};
+use crate::run::results::{FIGURES, Fretting, Row, Summary, Versions};
 use crate::run::solve::extrapolation::KEPT;
 use crate::run::solve::passing::{Searches, with_searches};
 use crate::run::solve::tractions::Traction;
@@ -49,6 +49,8 @@ use crate::solve::multigrid_cycles;
 /// The answer of one rank, and what all of them know together.
 pub struct RankedAnswer {
     pub(super) local: Local,
+    /// The time of the answer.
+    pub(super) t: f64,
     /// Displacements of all nodes here, along x, y, z.
     pub(super) u: Vec<V3>,
     /// The same of all unknowns here.
@@ -58,6 +60,11 @@ pub struct RankedAnswer {
     pub(super) states: Vec<PointState>,
     /// Pressure and shear of all points here.
     pub(super) tractions: Vec<Traction>,
+    /// Of each pair at own nodes of the other surface that points reach.
+    pub(super) masters: Vec<Vec<(u32, Traction)>>,
+    /// What load steps have done to the contact points here, see [`PointHistory::figures`](crate::run::results::PointHistory::figures); of own
+    /// ones, and empty without load steps.
+    pub(super) figures: Vec<[f64; FIGURES]>,
     /// Shortening of each bolt, length.
     pub(super) shortening: Vec<f64>,
     /// Further solutions: displacements of all unknowns and multipliers of all points here.
@@ -299,6 +306,7 @@ impl Begun {
         let (certificate, laws) = (&found.solution.certificate, laws(&local));
         let known = Known { certificate, couples: &couples, displacement, escape: escape.as_ref(), targets, laws };
         summary.report = rows(case, &summary, known);
+        let figures = if summary.steps.is_empty() { Vec::new() } else { figures(&fretting, case, &local, &found) };
         // What looks at the only answer of a case has room then.
         drop(multigrid);
         if let Some(look) = look.filter(|_| case.steps.is_empty()) {
@@ -309,17 +317,20 @@ impl Begun {
         record::take_cost(&mut summary.answer, &of_all, &*ranks);
         let Found { solution, everywhere: Everywhere { u, free, lambda, states }, shortening, .. } = found;
         let history = solution.history;
-        let (tractions, error) = (tractions.points, Vec::new());
+        let RankTractions { points: tractions, masters, .. } = tractions;
         let answer = RankedAnswer {
             local,
+            t,
             u,
             free,
             lambda,
             tractions,
+            masters,
+            figures,
             states,
             shortening,
             others,
-            error,
+            error: Vec::new(),
             seconds,
             history,
             summary,

@@ -7,6 +7,7 @@ use super::gather::answered_by_first;
 use super::local::Local;
 use super::solve::{axes, entries};
 use crate::certificate::ghost_values;
+use crate::contact::TributaryArea;
 use crate::mesh::v3::{V3, add, dot, scale};
 use crate::ranks::{put, take};
 use crate::run::solve::tractions::{Traction, project, rubbing};
@@ -18,6 +19,8 @@ pub(super) struct RankTractions {
     /// At own points work of friction and pressure times slip of the load step, energy per area, as
     /// [`Tractions::rubbing`](crate::run::solve::tractions::Tractions::rubbing).
     pub rubbing: Vec<[f64; 2]>,
+    /// Of each pair at own nodes of the other surface that some point reaches; nothing on obstacles.
+    pub masters: Vec<Vec<(u32, Traction)>>,
 }
 
 /// Those of an answer, of which `u` are the displacements of all unknowns and `lambda` the multipliers of all points here.
@@ -35,14 +38,20 @@ pub(super) fn tractions(local: &Local, u: &[f64], lambda: &[f64]) -> RankTractio
     let mut points: Vec<Traction> = (0..m).map(quotient).collect();
     let mut rubbing = rubbing(problem, u, lambda, count);
     if !local.between_bodies.contains(&true) {
-        return RankTractions { points, max_other_pressure: vec![0.0; local.signs.len()], rubbing };
+        let pairs = local.signs.len();
+        return RankTractions {
+            points,
+            max_other_pressure: vec![0.0; pairs],
+            rubbing,
+            masters: vec![Vec::new(); pairs],
+        };
     }
     let is_own = |j: &usize| division.is_own(division.points[*j]) && local.between_bodies[local.pair_of(*j)];
     let own: Vec<usize> = (0..count).filter(is_own).collect();
     let of_rubbing = |j: usize| [rubbing[j][0], rubbing[j][1], 0.0, 0.0];
     let [forces, works]: [Vec<Traction>; 2] =
         [own.iter().map(|&j| points[j]).collect(), own.iter().map(|&j| of_rubbing(j)).collect()];
-    let ([means, works], max_other_pressure) = exchanged(local, &own, [forces, works]);
+    let (([means, works], max_other_pressure), masters) = exchanged(local, &own, [forces, works]);
     own.iter().zip(means).for_each(|(&j, mean)| points[j] = mean);
     own.iter().zip(works).for_each(|(&j, [work, pressed, ..])| rubbing[j] = [work, pressed]);
     // Three numbers of a point at a time are asked of its owner.
@@ -53,12 +62,15 @@ pub(super) fn tractions(local: &Local, u: &[f64], lambda: &[f64]) -> RankTractio
     };
     let (first, last) = (fetch([0, 1, 2]), fetch([3, 3, 3]));
     let points = (0..m).map(|j| [first[j], first[m + j], first[2 * m + j], last[j]]).collect();
-    RankTractions { points, max_other_pressure, rubbing }
+    RankTractions { points, max_other_pressure, rubbing, masters }
 }
 
-/// The means at the points `own` of both of their quotients, force and work over area, found by rank 0 for all ranks; the largest pressure at
-/// a node of the other surface of each pair.
-fn exchanged(local: &Local, own: &[usize], quotients: [Vec<Traction>; 2]) -> ([Vec<Traction>; 2], Vec<f64>) {
+/// Of the points their means of forces and of works, and of each pair the largest pressure at a node of the other surface.
+type Means = ([Vec<Traction>; 2], Vec<f64>);
+
+/// The means at the points `own` of both of their quotients, force and work over area, and of each pair the tractions at own nodes of the other
+/// surface; found by rank 0 for all ranks.
+fn exchanged(local: &Local, own: &[usize], quotients: [Vec<Traction>; 2]) -> (Means, Vec<Vec<(u32, Traction)>>) {
     let ranks = &*local.division.ranks;
     let shared: Vec<Vec<(u64, f64)>> = own.iter().map(|&j| shared(local, j)).collect();
     let mut message = Vec::new();
@@ -67,9 +79,21 @@ fn exchanged(local: &Local, own: &[usize], quotients: [Vec<Traction>; 2]) -> ([V
     put(&shared.iter().map(|row| row.len() as u32).collect::<Vec<_>>(), &mut message);
     put(&shared.iter().flatten().map(|entry| entry.0).collect::<Vec<u64>>(), &mut message);
     put(&shared.iter().flatten().map(|entry| entry.1).collect::<Vec<f64>>(), &mut message);
+    let nodes_of = |areas: &Vec<TributaryArea>| -> Vec<u32> {
+        areas.iter().map(|area| area.node).filter(|&node| local.division.is_own(node)).collect()
+    };
+    let masters: Vec<Vec<u32>> = local.masters.iter().map(nodes_of).collect();
+    for nodes in &masters {
+        put(&nodes.iter().map(|&node| local.piece.nodes[node as usize]).collect::<Vec<u64>>(), &mut message);
+    }
     let reply = answered_by_first(ranks, message, |messages| replies(messages, local.signs.len()));
     let mut from = &reply[..];
-    ([take(&mut from), take(&mut from)], take(&mut from))
+    let means = ([take(&mut from), take(&mut from)], take(&mut from));
+    let reached = |nodes: Vec<u32>| {
+        let all = nodes.into_iter().zip(take::<Traction>(&mut from));
+        all.filter(|(_, traction)| !traction[0].is_nan()).collect()
+    };
+    (means, masters.into_iter().map(reached).collect())
 }
 
 /// What a point shares with the nodes of the other surface, by their numbers in the whole mesh, with the partition of unity in it;
@@ -101,7 +125,10 @@ type Sent = (u32, [Traction; 2], Vec<(u64, f64)>);
 
 /// The messages of rank 0 to all ranks, of so many surfaces.
 fn replies(messages: &[Vec<u8>], surfaces: usize) -> Vec<Vec<u8>> {
-    let all: Vec<Vec<Sent>> = messages.iter().map(|message| sent(message)).collect();
+    let (all, asked): (Vec<Vec<Sent>>, Vec<Vec<Vec<u64>>>) =
+        messages.iter().map(|message| sent(message, surfaces)).unzip();
+    let mut received: Vec<Vec<Vec<Traction>>> =
+        asked.iter().map(|of| of.iter().map(|nodes| vec![[f64::NAN; 4]; nodes.len()]).collect()).collect();
     let mut means: Vec<[Vec<Traction>; 2]> =
         all.iter().map(|points| [0, 1].map(|_| vec![[0.0; 4]; points.len()])).collect();
     let mut most = vec![0.0; surfaces];
@@ -124,20 +151,29 @@ fn replies(messages: &[Vec<u8>], surfaces: usize) -> Vec<Vec<u8>> {
             let (of_points, of_nodes) = project(&shared, &quotients, nodes.len());
             places.iter().zip(of_points).for_each(|(&(rank, place), mean)| means[rank][which][place] = mean);
             if which == 0 {
-                most[pair as usize] = of_nodes.iter().flatten().fold(0.0, |most: f64, traction| most.max(traction[0]));
+                let pair = pair as usize;
+                most[pair] = of_nodes.iter().flatten().fold(0.0, |most: f64, traction| most.max(traction[0]));
+                for (asked, received) in asked.iter().zip(&mut received) {
+                    for (number, to) in asked[pair].iter().zip(&mut received[pair]) {
+                        let found = nodes.binary_search(number).ok().and_then(|place| of_nodes[place]);
+                        found.iter().for_each(|traction| *to = *traction);
+                    }
+                }
             }
         }
     }
-    let reply = |means: &[Vec<Traction>; 2]| {
+    let reply = |(means, received): (&[Vec<Traction>; 2], &Vec<Vec<Traction>>)| {
         let mut to = Vec::new();
         means.iter().for_each(|of| put(of, &mut to));
         put(&most, &mut to);
+        received.iter().for_each(|of| put(of, &mut to));
         to
     };
-    means.iter().map(reply).collect()
+    means.iter().zip(&received).map(reply).collect()
 }
 
-fn sent(mut message: &[u8]) -> Vec<Sent> {
+/// The points of a message, and of each of so many surfaces the nodes that are asked for.
+fn sent(mut message: &[u8], surfaces: usize) -> (Vec<Sent>, Vec<Vec<u64>>) {
     let from = &mut message;
     let pairs: Vec<u32> = take(from);
     let [forces, works]: [Vec<Traction>; 2] = [take(from), take(from)];
@@ -146,7 +182,9 @@ fn sent(mut message: &[u8]) -> Vec<Sent> {
     let mut shared = nodes.into_iter().zip(areas);
     let rows = counts.into_iter().map(|count| shared.by_ref().take(count as usize).collect());
     let quotients = forces.into_iter().zip(works).map(|(force, work)| [force, work]);
-    pairs.into_iter().zip(quotients).zip(rows).map(|((pair, quotients), row)| (pair, quotients, row)).collect()
+    let points = pairs.into_iter().zip(quotients).zip(rows).map(|((pair, quotients), row)| (pair, quotients, row));
+    let points = points.collect();
+    (points, (0..surfaces).map(|_| take(from)).collect())
 }
 
 /// The shear of a traction.

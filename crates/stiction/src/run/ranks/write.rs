@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use super::bolts::strain;
+use super::energy::reactions;
+use super::gather::of_owners;
 use super::hash::Hash;
 use super::local::Local;
 use super::record::{of_all, take_cost};
-use super::share::name;
 use super::shown::Shown;
-use super::solve::{RankedAnswer, axes};
-use super::tractions::shear as shear_of;
+use super::solve::RankedAnswer;
+use super::surfaces::{AtNode, COHESION, FORCE, GAP, PRESSURE, SHEAR, SLID, SLIP, STATUS, SideHere, gathered, sides};
 use crate::Error;
 use crate::fem::{Solid, Voigt, cell_stress, von_mises};
 use crate::io::pieces::{
@@ -17,16 +18,18 @@ use crate::io::pieces::{
     write_solution_piece,
 };
 use crate::io::pvtu::write_pieces;
+use crate::io::units::Units;
 use crate::io::vtu::{self, Array, Grid, face_code};
 use crate::io::{checksum, folder};
-use crate::mesh::v3::{V3, add, scale};
+use crate::mesh::v3::V3;
 use crate::ranks::{Ranks, Wire, agree, gather_all, to_bytes};
 use crate::run::pose::stopwatch;
 use crate::run::results::beside::beside;
+use crate::run::results::contact_csv::{CONTACT_CSV, write_csv};
 use crate::run::results::step_file::STATE;
 use crate::run::results::sums::{self, Sums};
-use crate::run::results::write::{CASE, PVTU, case, remove_listed, remove_pieces};
-use crate::run::results::{LEVELS, Origin, REPORT, SUMS, Summary, json, remove_levels};
+use crate::run::results::write::{CASE, OBSTACLES, PVTU, case, remove_listed, remove_pieces, write_obstacles};
+use crate::run::results::{LEVELS, Origin, REPORT, SUMS, Side, Summary, json, remove_levels};
 
 /// The summary of a folder: a folder that has one is complete.
 pub(super) const SUMMARY: &str = "summary.json";
@@ -78,10 +81,12 @@ pub fn write_on_ranks(
     agree(ranks, if first { ready() } else { Ok(()) })?;
     let stress = stress(answer);
     let body = body(answer, &stress, ranks.rank());
-    let points = at_points(answer);
-    let surface = surface(answer, &points);
-    let shown = Shown::gathered(answer, (&stress, &points), wanted, ranks);
-    drop((stress, points));
+    let sides = sides(answer);
+    let surface = surface(answer, &sides, stepped);
+    let contact = gathered(answer, &sides);
+    let surfaces = contact.as_ref().map(|(surfaces, _)| &surfaces[..]);
+    let shown = Shown::gathered(answer, &stress, surfaces, wanted, ranks);
+    drop((stress, sides));
     let known = &*answer;
     let (body_name, surface_name) = (piece_name("result", ranks.rank()), piece_name("contact", ranks.rank()));
     let write = |name: &str, grid: &GridFields| -> Result<(), Error> {
@@ -119,6 +124,15 @@ pub fn write_on_ranks(
             write_pieces(&folder.join(name), &pieces, &fields.point_arrays(), &fields.cell_arrays())?;
         }
         let mut others: Vec<String> = PVTU.map(String::from).into_iter().chain(pictures.iter().cloned()).collect();
+        if let Some((surfaces, figures)) = contact.as_ref().filter(|(surfaces, _)| !surfaces.is_empty()) {
+            let units = Units::of(answer.summary.units.as_deref());
+            write_csv(&folder.join(CONTACT_CSV), &units, surfaces, stepped.then_some(&figures[..]))?;
+            others.push(CONTACT_CSV.into());
+        }
+        let obstacles = answer.local.outside.as_ref().map_or(&[][..], |outside| &outside.surfaces);
+        if write_obstacles(&folder.join(OBSTACLES), obstacles)? {
+            others.push(OBSTACLES.into());
+        }
         let copy = folder.join(CASE);
         if !origin.case_text.is_empty() && !origin.is_at(&copy) {
             folder::write_text(&copy, &case(origin))?;
@@ -137,6 +151,8 @@ pub fn write_on_ranks(
     };
     agree(ranks, if first { finish() } else { Ok(()) })?;
     let mut files = [SUMMARY, "result.pvtu", "contact.pvtu"].map(String::from).to_vec();
+    let has = |name: &&str| folder.join(name).exists();
+    files.extend([CONTACT_CSV, OBSTACLES, CASE].iter().filter(|name| first && has(name)).map(|name| name.to_string()));
     files.extend(pictures);
     let report = shown.filter(|_| wanted.report).map(|shown| shown.write_report(&summary, folder));
     files.extend(report.as_ref().filter(|report| report.is_ok()).map(|_| REPORT.to_string()));
@@ -228,9 +244,8 @@ pub(super) fn withdraw(folder: &Path, which: &dyn Fn(&str) -> bool) -> Result<()
     remove_pieces(folder, which)
 }
 
-/// What `stiction solve` writes besides and ranks do not. The case stays: it may be the one that is solved.
-const OF_ONE_MACHINE: [&str; 6] =
-    ["obstacles.vtu", "result.pvd", "contact.pvd", "contact.csv", "bound.npz", "log.jsonl"];
+/// What `stiction solve` writes besides, and ranks in part. The case stays: it may be the one that is solved.
+const OF_ONE_MACHINE: [&str; 6] = [OBSTACLES, "result.pvd", "contact.pvd", CONTACT_CSV, "bound.npz", "log.jsonl"];
 
 /// A piece of a file: cells and fields.
 struct GridFields {
@@ -248,6 +263,7 @@ struct GridFields {
 struct CellFields {
     stress: Vec<[f32; 6]>,
     von_mises: Vec<f32>,
+    material: Vec<i32>,
     rank: Vec<i32>,
     /// Empty without an estimate.
     error: Vec<f32>,
@@ -272,10 +288,14 @@ impl GridFields {
     }
 
     fn cell_arrays(&self) -> Vec<Array<'_>> {
-        let Some(CellFields { stress, von_mises, rank, error }) = &self.of_cells else { return Vec::new() };
+        let Some(CellFields { stress, von_mises, material, rank, error }) = &self.of_cells else { return Vec::new() };
         let error = (!error.is_empty()).then(|| Array::single("error", error));
-        let always =
-            [Array::tensor("stress", stress), Array::single("von_mises", von_mises), Array::integer("rank", rank)];
+        let always = [
+            Array::tensor("stress", stress),
+            Array::single("von_mises", von_mises),
+            Array::integer("material", material),
+            Array::integer("rank", rank),
+        ];
         always.into_iter().chain(error).collect()
     }
 }
@@ -313,92 +333,59 @@ fn body(answer: &RankedAnswer, stress: &[Voigt], rank: usize) -> GridFields {
     let all: Vec<&[u32]> = mesh.cell_iter().map(|(_, nodes)| nodes).collect();
     let lists: Vec<(u8, &[u32])> = own.iter().map(|&cell| (whole.codes[cell], all[cell])).collect();
     let (nodes, cells) = compact(&lists, mesh.nodes.len());
+    let at_own = reactions(&answer.local, [&answer.free, &answer.lambda], answer.t);
+    let reaction = of_owners(&answer.local, &nodes, &|v| at_own[v as usize]);
     GridFields {
         points: nodes.iter().map(|&v| mesh.nodes[v as usize]).collect(),
         numbers: nodes.iter().map(|&v| piece.nodes[v as usize]).collect(),
         cells,
-        vectors: vec![("displacement", nodes.iter().map(|&v| answer.u[v as usize]).collect())],
+        vectors: vec![("displacement", nodes.iter().map(|&v| answer.u[v as usize]).collect()), ("reaction", reaction)],
         scalars: Vec::new(),
         integers: Vec::new(),
         of_cells: Some(CellFields {
             stress: own.iter().map(|&cell| stress[cell].map(|s| s as f32)).collect(),
             von_mises: own.iter().map(|&cell| von_mises(&stress[cell]) as f32).collect(),
+            material: own.iter().map(|&cell| answer.local.material_of_cell[cell] as i32).collect(),
             rank: vec![rank as i32; own.len()],
             error: own.iter().filter_map(|&cell| answer.error.get(cell).map(|&error| error as f32)).collect(),
         }),
     }
 }
 
-/// What is known at a contact point.
-pub(super) struct AtPoint {
-    /// Its node here.
-    pub node: u32,
-    /// The surface that it is of.
-    #[cfg_attr(not(all(feature = "plots", feature = "report")), expect(dead_code, reason = "only pictures show it"))]
-    pub surface: usize,
-    /// Stress.
-    pub pressure: f64,
-    pub shear: V3,
-    /// Length.
-    pub slip: V3,
-    pub gap: f64,
-    /// Of the body on its counterpart.
-    pub force: V3,
-    /// 0 open, 1 stick, 2 slip.
-    pub status: i32,
-}
-
-/// All contact points here.
-fn at_points(answer: &RankedAnswer) -> Vec<AtPoint> {
-    let Local { problem, signs, .. } = &answer.local;
-    let m = problem.points();
-    let left = problem.gap_and_slip(&answer.free);
-    let at_point = |j: usize| {
-        let (node, [normal, t1, t2]) = axes(&answer.local, j);
-        let [l, a, b] = [0, 1, 2].map(|r| answer.lambda[r * m + j]);
-        let friction = add(scale(a, t1), scale(b, t2));
-        let surface = answer.local.pair_of(j);
-        let (sign, share, traction) = (signs[surface], problem.labels.unity_sum[j], answer.tractions[j]);
-        AtPoint {
-            node,
-            surface,
-            pressure: traction[0],
-            shear: scale(sign, shear_of(traction)),
-            slip: scale(-sign / share, add(scale(left[m + j], t1), scale(left[2 * m + j], t2))),
-            gap: left[j] / share,
-            force: scale(sign * share, add(scale(l, normal), friction)),
-            status: answer.states[j].code().into(),
-        }
-    };
-    (0..answer.local.timed.contact_points()).map(at_point).collect()
-}
-
-/// The contact faces of this rank, each of which is that of its first node, with the fields of the contact points at their
-/// nodes; the status is -1 where there is none.
-fn surface(answer: &RankedAnswer, points: &[AtPoint]) -> GridFields {
-    let Local { piece, division, signs, .. } = &answer.local;
+/// The contact faces of this rank, each of which is that of its first node, as [`write_contact`](crate::run::results::write::write_contact)
+/// has them: the surfaces one after the other, a node of two of them twice. With load steps `slid` is what each point has slid since the start.
+fn surface(answer: &RankedAnswer, sides: &[SideHere], stepped: bool) -> GridFields {
+    let Local { piece, division, .. } = &answer.local;
     let mesh = &piece.mesh;
-    let groups = (0..signs.len()).filter_map(|k| mesh.group(&name("contact", k)));
-    let faces = groups.flat_map(|group| &group.faces).map(|&f| mesh.faces[f as usize].nodes());
-    let own: Vec<(u8, &[u32])> =
-        faces.filter(|nodes| division.is_own(nodes[0])).map(|nodes| (face_code(nodes.len()), nodes)).collect();
-    let (nodes, cells) = compact(&own, mesh.nodes.len());
-    let n = nodes.len();
-    let [mut pressure, mut gap] = [vec![f64::NAN; n], vec![f64::NAN; n]];
-    let [mut shear, mut slip, mut force] = [vec![[f64::NAN; 3]; n], vec![[f64::NAN; 3]; n], vec![[0.0; 3]; n]];
-    let mut status = vec![-1; n];
-    for point in points {
-        let Ok(at) = nodes.binary_search(&point.node) else { continue };
-        (pressure[at], gap[at], status[at]) = (point.pressure, point.gap, point.status);
-        (shear[at], slip[at], force[at]) = (point.shear, point.slip, point.force);
+    let (mut nodes, mut cells, mut known) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut pair, mut side) = (Vec::new(), Vec::new());
+    for of in sides {
+        let own = of.faces.iter().filter(|nodes| division.is_own(nodes[0]));
+        let own: Vec<(u8, &[u32])> = own.map(|nodes| (face_code(nodes.len()), &nodes[..])).collect();
+        let (of_side, faces) = compact(&own, mesh.nodes.len());
+        let first = nodes.len() as u32;
+        let moved = |list: Vec<u32>| list.into_iter().map(|v| first + v).collect();
+        cells.extend(faces.into_iter().map(|(code, list)| (code, moved(list))));
+        known.extend(of_side.iter().map(|&v| of.at(v)));
+        pair.extend(vec![of.pair as i32; of_side.len()]);
+        side.extend(vec![i32::from(of.side == Side::Master); of_side.len()]);
+        nodes.extend(of_side);
     }
+    let scalars = |place: usize| known.iter().map(|at: &AtNode| at[place]).collect::<Vec<f64>>();
+    let vectors = |first: usize| known.iter().map(|at| [0, 1, 2].map(|c| at[first + c])).collect::<Vec<V3>>();
+    let mut of_nodes = vec![("shear_traction", vectors(SHEAR)), ("slip", vectors(SLIP)), ("lambda", vectors(FORCE))];
+    of_nodes.extend(stepped.then(|| ("slid", vectors(SLID))));
     GridFields {
         points: nodes.iter().map(|&v| mesh.nodes[v as usize]).collect(),
         numbers: nodes.iter().map(|&v| piece.nodes[v as usize]).collect(),
         cells,
-        vectors: vec![("shear", shear), ("slip", slip), ("lambda", force)],
-        scalars: vec![("pressure", pressure), ("gap", gap)],
-        integers: vec![("status", status)],
+        vectors: of_nodes,
+        scalars: vec![("pressure", scalars(PRESSURE)), ("gap", scalars(GAP)), ("cohesion", scalars(COHESION))],
+        integers: vec![
+            ("status", scalars(STATUS).into_iter().map(|status| status as i32).collect()),
+            ("pair", pair),
+            ("side", side),
+        ],
         of_cells: None,
     }
 }

@@ -115,36 +115,41 @@ pub(crate) fn tensions(prepared: &Prepared, outcome: &Outcome, surfaces: &[Surfa
     surfaces.iter().flat_map(|s| (0..s.nodes.len()).map(move |at| of(s, at))).collect()
 }
 
-/// What load steps add to each node.
-pub(crate) struct Stepped<'a> {
-    pub fretting: &'a Fretting,
-    pub tension: &'a [f64],
-}
-
-/// Writes the file; of load steps with what they add.
-pub(crate) fn write_csv(
-    path: &Path,
+/// The figures of all nodes of the surfaces, one after the other; `tension` at all of them. NaN where no point is.
+pub(crate) fn figures_of(
     prepared: &Prepared,
     surfaces: &[SurfaceFields],
-    stepped: Option<&Stepped>,
+    of: &Fretting,
+    tension: &[f64],
+) -> Vec<[f64; FIGURES]> {
+    let wear = |s: &SurfaceFields| prepared.facts.contacts.get(s.pair).and_then(|contact| contact.wear);
+    let places = surfaces.iter().flat_map(|s| (0..s.nodes.len()).map(move |at| (s, at)));
+    let figures = |(place, (s, at)): (usize, (&SurfaceFields, usize))| {
+        let known = s.side == Side::Slave && s.status[at] >= 0;
+        if known { of.at(place).figures(tension[place], wear(s)) } else { [f64::NAN; FIGURES] }
+    };
+    places.enumerate().map(figures).collect()
+}
+
+/// Writes the file in these units; of load steps with the figures of all nodes.
+pub(crate) fn write_csv(
+    path: &Path,
+    units: &Units,
+    surfaces: &[SurfaceFields],
+    figures: Option<&[[f64; FIGURES]]>,
 ) -> Result<(), Error> {
-    let units = Units::of(prepared.facts.units.as_deref());
     let (name, own) = COLUMNS.split_last().unwrap_or((&("name", Unit::None), &[]));
-    let more: &[(&str, Unit)] = if stepped.is_some() { &FRETTING } else { &[] };
+    let more: &[(&str, Unit)] = if figures.is_some() { &FRETTING } else { &[] };
     let columns = own.iter().chain(more).chain([name]);
-    let head: Vec<String> = columns.map(|(name, unit)| quoted(&format!("{name}{}", unit.label(&units)))).collect();
+    let head: Vec<String> = columns.map(|(name, unit)| quoted(&format!("{name}{}", unit.label(units)))).collect();
     let mut text = head.join(",") + "\n";
-    let mut place = 0;
+    let mut figures = figures.map(|figures| figures.iter());
     for surface in surfaces {
-        let wear = prepared.facts.contacts.get(surface.pair).and_then(|contact| contact.wear);
         for at in 0..surface.nodes.len() {
             line(&mut text, surface, at);
-            if let Some(stepped) = stepped {
-                fretting(&mut text, surface, at, stepped, place, wear);
-            }
+            figures.iter_mut().filter_map(Iterator::next).for_each(|figures| numbers(&mut text, figures));
             text += &quoted(&surface.name);
             text.push('\n');
-            place += 1;
         }
     }
     folder::write_text(path, &text)
@@ -156,12 +161,6 @@ fn line(text: &mut String, s: &SurfaceFields, at: usize) {
     numbers(text, &s.points[at]);
     numbers(text, &[s.area[at], s.gap[at], s.pressure[at]]);
     [s.shear[at], s.slip[at], s.slid[at], s.lambda[at]].iter().for_each(|vector| numbers(text, vector));
-}
-
-fn fretting(text: &mut String, s: &SurfaceFields, at: usize, of: &Stepped, place: usize, wear: Option<f64>) {
-    let known = s.side == Side::Slave && s.status[at] >= 0;
-    let figures = known.then(|| of.fretting.at(place).figures(of.tension[place], wear));
-    numbers(text, &figures.unwrap_or([f64::NAN; FIGURES]));
 }
 
 /// Numbers with all their digits, nothing where there is none; each with a comma behind it.

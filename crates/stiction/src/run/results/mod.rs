@@ -6,7 +6,7 @@ pub(super) mod algebraic;
 pub(super) mod beside;
 pub(super) mod check;
 pub(super) mod check_steps;
-mod contact_csv;
+pub(super) mod contact_csv;
 pub(super) mod facts_text;
 pub(super) mod fields;
 mod fretting;
@@ -40,7 +40,7 @@ pub use check::Checked;
 pub use check_steps::CheckedStep;
 pub use fields::{BodyFields, Side, SurfaceFields, body as body_fields};
 pub use fretting::FrettingRecord;
-pub(super) use fretting::{Fretting, PointHistory, PointStep, tension_along};
+pub(super) use fretting::{FIGURES, Fretting, PointHistory, PointStep, tension_along};
 pub(super) use level_file::{LEVELS, keep_levels, kept_levels, problem_fingerprint, remove_levels};
 pub use masters::pair_fields as surface_fields;
 #[cfg(feature = "report")]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::contact_csv::{CONTACT_CSV, Stepped, advance, replay, tensions, write_csv};
+use super::contact_csv::{CONTACT_CSV, advance, figures_of, replay, tensions, write_csv};
 use super::fields::body;
 use super::fretting::Fretting;
 use super::kept::{AGAIN, Kept, KeptStep};
@@ -16,6 +16,7 @@ use crate::Error;
 use crate::friction::Progress;
 use crate::io::case::{AgainstSpec, Case};
 use crate::io::step::{read_step, write_step};
+use crate::io::units::Units;
 use crate::io::vtu::EncodedGrid;
 use crate::io::{checksum, folder, vtu};
 use crate::run::pose::Prepared;
@@ -174,8 +175,8 @@ pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Res
         // That of a step which is not finished is not gone on from.
         advance(&mut files.fretting, &surfaces, &tension);
         names.push(csv_name(number));
-        let stepped = Stepped { fretting: &files.fretting, tension: &tension };
-        write_csv(&folder.join(&names[3]), prepared, &surfaces, Some(&stepped))?;
+        let figures = figures_of(prepared, &surfaces, &files.fretting, &tension);
+        write_csv(&folder.join(&names[3]), &Units::of(prepared.facts.units.as_deref()), &surfaces, Some(&figures))?;
     }
     let lines = log(step.outcome, Some(number));
     files.log += &lines;

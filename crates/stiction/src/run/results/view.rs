@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 #[cfg(feature = "plots")]
-use super::fields::SurfaceFields;
+use super::fields::{Side, SurfaceFields};
 use super::html::{Field, Frame, View, thin};
 use super::summary::Summary;
 use crate::Error;
@@ -90,27 +90,33 @@ pub(crate) fn view(folder: &Path, mesh: Option<&Mesh>, summary: &Summary, units:
 }
 
 /// That of the last increment of several ranks, whose pieces of the bodies and of the contact surfaces these are; the bodies have so many
-/// nodes.
-pub(crate) fn view_of_pieces([bodies, surfaces]: &[Vec<PathBuf>; 2], nodes: u64, units: Units) -> Result<View, Error> {
+/// nodes. It is `stepped` where there are load steps.
+pub(crate) fn view_of_pieces(
+    [bodies, surfaces]: &[Vec<PathBuf>; 2],
+    nodes: u64,
+    stepped: bool,
+    units: Units,
+) -> Result<View, Error> {
     let (mesh, body) = read_bodies(bodies, nodes)?;
     let (polygons, contact) = read_surfaces(surfaces)?;
     let (mut view, vertices) = geometry(&mesh.nodes, corners_of(&mesh), &polygons, &contact)?;
-    view.fields = fields(units, contact.points > 0, false);
-    view.frames.push(frame(&mesh, &vertices, &body, &contact, false)?);
+    view.fields = fields(units, contact.points > 0, stepped);
+    view.frames.push(frame(&mesh, &vertices, &body, &contact, stepped)?);
     Ok(view)
 }
 
 /// That of the surfaces of an answer: nodes of the boundary with their displacements, length, and von Mises stress; the nodes of each
-/// face of it; and the contact surfaces, by places among these nodes.
+/// face of it; and the contact surfaces, by places among these nodes. It is `stepped` where there are load steps.
 #[cfg(feature = "plots")]
 pub(crate) fn view_of_surfaces(
     (nodes, displacement, von_mises): (&[V3], &[V3], &[f64]),
     faces: &[Vec<u32>],
     surfaces: &[SurfaceFields],
+    stepped: bool,
     units: Units,
 ) -> Result<View, Error> {
     let (mut polygons, mut contact) = (Polygons::default(), Fields::default());
-    let mut arrays = vec![Vec::new(); 6];
+    let mut arrays = vec![Vec::new(); ON_CONTACT.len()];
     for of in surfaces {
         let first = polygons.points.len() as u32;
         polygons.points.extend(&of.points);
@@ -118,14 +124,15 @@ pub(crate) fn view_of_surfaces(
         let numbers = |list: &[i32]| list.iter().map(|&number| f64::from(number)).collect();
         let (pressure, gap) = (of.pressure.clone(), of.gap.clone());
         let (shear, slip) = (of.shear.concat(), of.slip.concat());
-        let all = [pressure, shear, slip, gap, numbers(&of.status), numbers(&of.nodes)];
+        let side = vec![f64::from(u8::from(of.side == Side::Master)); of.points.len()];
+        let all = [pressure, shear, slip, gap, numbers(&of.status), numbers(&of.nodes), of.slid.concat(), side];
         arrays.iter_mut().zip(all).for_each(|(to, from): (&mut Vec<f64>, Vec<f64>)| to.extend(from));
     }
     contact.points = polygons.points.len();
     contact.arrays = arrays.into_iter().map(Some).collect();
     let (mut view, vertices) = geometry(nodes, faces.iter().map(|face| corners(face)), &polygons, &contact)?;
-    view.fields = fields(units, contact.points > 0, false);
-    view.frames.push(frame_of((displacement, von_mises), &vertices, &contact, false)?);
+    view.fields = fields(units, contact.points > 0, stepped);
+    view.frames.push(frame_of((displacement, von_mises), &vertices, &contact, stepped)?);
     Ok(view)
 }
 
@@ -178,11 +185,10 @@ fn read_bodies(pieces: &[PathBuf], nodes: u64) -> Result<(Mesh, Fields), Error> 
 
 /// The contact surfaces, and arrays as [`ON_CONTACT`].
 fn read_surfaces(pieces: &[PathBuf]) -> Result<(Polygons, Fields), Error> {
-    let of_ranks = ON_CONTACT.map(|(over, name)| (over, if name == "shear_traction" { "shear" } else { name }));
     let (mut polygons, mut all) = (Polygons::default(), Fields::default());
     all.arrays = vec![None; ON_CONTACT.len()];
     for path in pieces {
-        let (piece, fields) = read_polygons(path, &of_ranks)?;
+        let (piece, fields) = read_polygons(path, &ON_CONTACT)?;
         let first = polygons.points.len() as u32;
         polygons.points.extend(piece.points);
         let moved = |face: Vec<u32>| face.iter().map(|&v| first + v).collect();

@@ -14,10 +14,11 @@ use super::summary::Summary;
 use super::sums::{self, SUMS, Sums};
 use super::{Ahead, REPORT, json, pictures};
 use crate::Error;
-use crate::contact::{Counterpart, Obstacle};
+use crate::contact::{ContactSurface, Counterpart, Obstacle};
 use crate::friction::{Phase, Progress};
 use crate::io::bound::write_bound;
 use crate::io::pieces::is_piece;
+use crate::io::units::Units;
 use crate::io::vtu::{self, Array, EncodedGrid, Grid};
 use crate::io::{checksum, folder, machine, problem};
 use crate::run::pose::memory::output_fits;
@@ -183,6 +184,8 @@ pub(crate) const PVTU: [&str; 2] = ["result.pvtu", "contact.pvtu"];
 
 /// The file of what proves a bound.
 pub(crate) const BOUND: &str = "bound.npz";
+/// The obstacles that are surfaces of triangles.
+pub(crate) const OBSTACLES: &str = "obstacles.vtu";
 /// The copy of the case.
 pub(crate) const CASE: &str = "case.toml";
 /// The file of the problem.
@@ -209,13 +212,13 @@ fn write_numbers(
         write_body(&folder.join("result.vtu"), prepared, &grid, body)?;
         if !surfaces.is_empty() {
             write_contact(&folder.join("contact.vtu"), surfaces, false)?;
-            write_csv(&folder.join(CONTACT_CSV), prepared, surfaces, None)?;
+            write_csv(&folder.join(CONTACT_CSV), &Units::of(prepared.facts.units.as_deref()), surfaces, None)?;
             files.push(CONTACT_CSV.into());
         }
         files.extend(names.iter().map(|name| format!("{name}.vtu")));
     }
-    if write_obstacles(&folder.join("obstacles.vtu"), prepared)? {
-        files.push("obstacles.vtu".into());
+    if write_obstacles(&folder.join(OBSTACLES), &prepared.surfaces)? {
+        files.push(OBSTACLES.into());
     }
     let solution = &outcome.solution;
     problem::write_solution(&folder.join("solution.npz"), &solution.u, &solution.lambda)?;
@@ -267,9 +270,9 @@ pub(crate) fn write_body(path: &Path, prepared: &Prepared, grid: &EncodedGrid, b
 }
 
 /// The obstacles that are surfaces of triangles, where they are before they move; false if there are none.
-fn write_obstacles(path: &Path, prepared: &Prepared) -> Result<bool, Error> {
+pub(crate) fn write_obstacles(path: &Path, of: &[ContactSurface]) -> Result<bool, Error> {
     let mut surfaces = Vec::new();
-    for (number, surface) in (0..).zip(&prepared.surfaces) {
+    for (number, surface) in (0..).zip(of) {
         if let Counterpart::Obstacle(Obstacle::Surface(triangles)) = &surface.against {
             surfaces.push((number, triangles));
         }
