@@ -325,8 +325,9 @@ fn a_matrix_that_is_not_stored_gives_the_same_steps() {
     let dual = dual_of(&p, Form::Solves);
     let [stored, applied] = [usize::MAX, 0].map(|most| Quadratic::stored_up_to(most, &p, &dual));
     assert!(stored.is_stored() && !applied.is_stored() && close(stored.largest, applied.largest, 1e-9));
-    let partial = Given::alg1(Sweeps::One, Splitting::Partial);
-    for given in [partial, ALG2, Given::alg2(Splitting::Complete), Given::AdaptiveUzawa, Given::Discs] {
+    // The complete splitting with all copies at once takes 268,000 products.
+    let [partial, complete] = [Splitting::Partial, Splitting::Complete].map(|how| Given::alg1(Sweeps::One, how));
+    for given in [partial, complete, ALG2, Given::AdaptiveUzawa, Given::Discs] {
         // Preconditioners know less of a matrix that is not stored.
         let settings =
             MethodSettings { precondition: false, sweep_tolerance: 1e-6, ..MethodSettings::new(Method::Given(given)) };

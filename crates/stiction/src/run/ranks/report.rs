@@ -79,7 +79,8 @@ pub(super) fn rows(case: &Case, summary: &Summary, known: Known) -> Vec<Row> {
     }
     let ranks = many(summary.ranks.as_ref().map_or(1, |of| of.ranks.len()), "rank");
     let restarts = many(answer.counts.restarts.unwrap_or(0), "restart");
-    let work = if found_by_first { many(all, "iteration") } else { many(all, "cycle") + " of multigrid" };
+    let work =
+        if found_by_first { many(all, "iteration") } else { many(answer.counts.cycles, "cycle") + " of multigrid" };
     rows.add("work", format!("{work}, {restarts}, on {ranks}"));
     rows.0
 }

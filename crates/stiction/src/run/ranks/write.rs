@@ -22,7 +22,7 @@ use crate::io::units::Units;
 use crate::io::vtu::{self, Array, Grid, face_code};
 use crate::io::{checksum, folder};
 use crate::mesh::v3::V3;
-use crate::ranks::{Ranks, Wire, agree, gather_all, to_bytes};
+use crate::ranks::{Ranks, Wire, agree, gather_all, max, to_bytes};
 use crate::run::pose::stopwatch;
 use crate::run::results::beside::beside;
 use crate::run::results::contact_csv::{CONTACT_CSV, write_csv};
@@ -375,12 +375,16 @@ fn surface(answer: &RankedAnswer, sides: &[SideHere], stepped: bool) -> GridFiel
     let vectors = |first: usize| known.iter().map(|at| [0, 1, 2].map(|c| at[first + c])).collect::<Vec<V3>>();
     let mut of_nodes = vec![("shear_traction", vectors(SHEAR)), ("slip", vectors(SLIP)), ("lambda", vectors(FORCE))];
     of_nodes.extend(stepped.then(|| ("slid", vectors(SLID))));
+    let mut of_points = vec![("pressure", scalars(PRESSURE)), ("gap", scalars(GAP))];
+    let mut strong = [f64::from(u8::from(known.iter().any(|at| at[COHESION].is_finite())))];
+    max(&*division.ranks, &mut strong);
+    of_points.extend((strong[0] > 0.0).then(|| ("cohesion", scalars(COHESION))));
     GridFields {
         points: nodes.iter().map(|&v| mesh.nodes[v as usize]).collect(),
         numbers: nodes.iter().map(|&v| piece.nodes[v as usize]).collect(),
         cells,
         vectors: of_nodes,
-        scalars: vec![("pressure", scalars(PRESSURE)), ("gap", scalars(GAP)), ("cohesion", scalars(COHESION))],
+        scalars: of_points,
         integers: vec![
             ("status", scalars(STATUS).into_iter().map(|status| status as i32).collect()),
             ("pair", pair),
