@@ -55,9 +55,9 @@ def run(program, element, cells, ranks):
         summary = json.loads((Path(folder) / "summary.json").read_text())
     most = {key: max(rank[key] for rank in summary["ranks"]) for key in summary["ranks"][0] if key != "peak_memory_bytes"}
     most["peak_memory_bytes"] = summary["peak_memory_bytes"]
-    print(element, cells, ranks, summary["counts"]["iterations"], most, flush=True)
+    print(element, cells, ranks, summary["counts"]["cycles"], most, flush=True)
     return {"element": element, "cells": cells, "ranks": ranks, "unknowns": summary["dofs"], "levels": summary["levels"],
-            "cycles": summary["counts"]["iterations"], "most": most}
+            "cycles": summary["counts"]["cycles"], "most": most}
 
 
 def levels_of(unknowns, shape):

@@ -319,6 +319,41 @@ fn the_certificate_of_ranks_is_that_of_one_for_right_and_wrong_answers() {
     certificate_agrees(&text);
 }
 
+/// The bound of the error in energy where friction is given, or there is none: for an answer and for one that is disturbed, so that it
+/// penetrates and opens what is tied. Ranks that share unknowns of the other body come to other displacements that keep the constraints,
+/// whose energies are within `same` of that of one machine.
+fn bound_agrees(text: &str, same: f64) {
+    let (outcome, prepared) = solved_case(&case_of(text, "1e-10"));
+    let (problem, lambda) = (&prepared.problem, &outcome.solution.lambda);
+    let largest = outcome.solution.u.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+    for size in [0.0, 1e-3] {
+        let disturbed = |(i, u): (usize, &f64)| u + size * largest * (i as f64).sin();
+        let u: Vec<f64> = outcome.solution.u.iter().enumerate().map(disturbed).collect();
+        let stored = 0.5 * u.iter().zip(problem.elastic.K.times(&u)).map(|(x, f)| x * f).sum::<f64>();
+        let bound = |certificate: &Certificate| certificate.duality_gap.expect("friction is not Coulomb's");
+        let expected = bound(&certify(problem, &u, lambda, 1e-8));
+        assert_eq!(expected > 1e-9 * stored, size > 0.0, "{expected:e} of {stored:e}");
+        for size in [1, 2, 5] {
+            let found = certified(&prepared, &u, lambda, size);
+            assert!(found.iter().all(|certificate| bound(certificate) == bound(&found[0])));
+            let (found, same) = (bound(&found[0]), if size == 1 { 1e-12 } else { same });
+            let near = (found - expected).abs() <= same * expected + 1e-12 * stored;
+            assert!(near, "{size} ranks: {found:e} {expected:e} of {stored:e}");
+        }
+    }
+}
+
+#[test]
+fn the_bound_for_given_friction_is_found_on_ranks() {
+    for friction in ["{ tresca = 1.3e5 }", "\"none\"", "\"bonded\""] {
+        bound_agrees(&brick("element = \"hex8\"", friction).replace("[48, 16, 16]", "[12, 4, 4]"), 1e-9);
+        bound_agrees(
+            &super::ranks_bodies::blocks("element = \"hex8\"", false, friction).replace("[30, 10, 10]", "[12, 4, 4]"),
+            0.1,
+        );
+    }
+}
+
 /// For an answer and for wrong ones.
 pub(super) fn certificate_agrees(text: &str) {
     let (outcome, prepared) = solved_case(&case_of(text, "1e-8"));

@@ -138,8 +138,7 @@ fn certify_share(problem: &ContactProblem, share: &Share, u: &[f64], lambda: &[f
         bipotential_gap: measure(gap.abs(), gap_rounding, scales.work),
         natural_residual: measure(residual.sqrt(), rounding, scales.contact),
         data_rounding: (problem.contact.rounding > 0.0).then(|| measure(problem.contact.rounding, 0.0, scales.length)),
-        // A displacement that keeps all constraints is found point after point, on one rank.
-        duality_gap: if share.is_whole() { duality_gap(problem, u, lambda, scales.length) } else { None },
+        duality_gap: duality_gap(problem, share, u, lambda, scales.length),
         parts: [bodies(problem, share, &forces), pairs(problem, share, &stiffness.body, &points, lambda, &forces)]
             .concat(),
         worst: 0.0,

@@ -1,32 +1,31 @@
 //! What of a problem one rank measures, and the values it needs of others.
 
 use std::collections::{HashMap, HashSet};
-use std::sync::Arc;
 
 use crate::contact::{ContactProblem, Division};
-use crate::ranks::{self, Ranks, all_to_all, from_bytes, to_bytes};
+use crate::ranks::{self, all_to_all, from_bytes, to_bytes};
 
 use super::point::Point;
 
 /// The unknowns, prescribed displacements and contact points that this rank counts; all of them where nothing is divided.
-pub(super) struct Share {
-    ranks: Option<Arc<dyn Ranks>>,
+pub(super) struct Share<'a> {
+    division: Option<&'a Division>,
     unknown: Vec<bool>,
     support: Vec<bool>,
     point: Vec<bool>,
 }
 
-impl Share {
+impl<'a> Share<'a> {
     /// Everything, on one rank.
-    pub(super) fn whole() -> Share {
-        Share { ranks: None, unknown: Vec::new(), support: Vec::new(), point: Vec::new() }
+    pub(super) fn whole() -> Self {
+        Share { division: None, unknown: Vec::new(), support: Vec::new(), point: Vec::new() }
     }
 
     /// What is at own nodes.
-    pub(super) fn of(problem: &ContactProblem, division: &Division) -> Share {
+    pub(super) fn of(problem: &ContactProblem, division: &'a Division) -> Self {
         let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
         Share {
-            ranks: Some(Arc::clone(&division.ranks)),
+            division: Some(division),
             unknown: labels.iter().map(|&label| division.is_own(label)).collect(),
             support: division.supports.iter().map(|&label| division.is_own(label)).collect(),
             point: division.points.iter().map(|&label| division.is_own(label)).collect(),
@@ -34,7 +33,7 @@ impl Share {
     }
 
     pub(super) fn is_whole(&self) -> bool {
-        self.ranks.is_none()
+        self.division.is_none()
     }
 
     fn has(&self, list: &[bool], i: usize) -> bool {
@@ -54,12 +53,12 @@ impl Share {
     }
 
     /// The points that count, of all.
-    pub(super) fn points<'a>(&'a self, points: &'a [Point]) -> impl Iterator<Item = &'a Point> {
+    pub(super) fn points<'p>(&'p self, points: &'p [Point]) -> impl Iterator<Item = &'p Point> {
         points.iter().enumerate().filter(|(j, _)| self.has_point(*j)).map(|(_, point)| point)
     }
 
     /// The values at unknowns that count, of all.
-    pub(super) fn unknowns<'a>(&'a self, values: &'a [f64]) -> impl Iterator<Item = &'a f64> {
+    pub(super) fn unknowns<'p>(&'p self, values: &'p [f64]) -> impl Iterator<Item = &'p f64> {
         values.iter().enumerate().filter(|(i, _)| self.has_unknown(*i)).map(|(_, value)| value)
     }
 
@@ -72,12 +71,78 @@ impl Share {
 
     /// Adds the numbers of all ranks.
     pub(super) fn sum(&self, values: &mut [f64]) {
-        self.ranks.iter().for_each(|ranks| ranks::sum(&**ranks, values));
+        self.division.iter().for_each(|division| ranks::sum(&*division.ranks, values));
     }
 
     /// The largest of those of all ranks.
     pub(super) fn max(&self, values: &mut [f64]) {
-        self.ranks.iter().for_each(|ranks| ranks::max(&**ranks, values));
+        self.division.iter().for_each(|division| ranks::max(&*division.ranks, values));
+    }
+
+    /// The values at all unknowns here, where those that count are known.
+    pub(super) fn filled(&self, problem: &ContactProblem, u: Vec<f64>) -> Vec<f64> {
+        match self.division {
+            Some(division) => fetched(problem, division, &u, &vec![0.0; 3 * problem.points()]).0,
+            None => u,
+        }
+    }
+
+    /// The unknowns of other ranks that rows of points which count here reach.
+    pub(super) fn border(&self, problem: &ContactProblem) -> Border<'a> {
+        let Some(division) = self.division else { return Border::default() };
+        let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
+        let mut names = Names::of(division.global.len());
+        let name = |&label: &u32| names.next(0, label, division.global[label as usize]);
+        let names: Vec<Name> = labels.iter().map(name).collect();
+        let mut reached: Vec<usize> = Vec::new();
+        for j in (0..problem.points()).filter(|&j| self.has_point(j)) {
+            for i in problem.rows(j) {
+                let (columns, _) = problem.contact.B.row(i);
+                reached.extend(columns.iter().map(|&c| c as usize).filter(|&c| !self.has_unknown(c)));
+            }
+        }
+        reached.sort_unstable();
+        reached.dedup();
+        let ranks = &*division.ranks;
+        let mut others: Vec<Vec<usize>> = vec![Vec::new(); ranks.size()];
+        reached.iter().for_each(|&i| others[division.owner[labels[i] as usize] as usize].push(i));
+        let asked = others.iter().map(|list| to_bytes(&list.iter().map(|&i| names[i]).collect::<Vec<Name>>()));
+        let wanted: Vec<Vec<Name>> = all_to_all(ranks, asked.collect()).iter().map(|bytes| from_bytes(bytes)).collect();
+        let mut place: HashMap<Name, usize> = wanted.iter().flatten().map(|name| (*name, usize::MAX)).collect();
+        for (i, name) in names.iter().enumerate().filter(|(i, _)| self.has_unknown(*i)) {
+            place.entry(*name).and_modify(|place| *place = i);
+        }
+        let own = wanted.iter().map(|list| list.iter().map(|name| place[name]).collect()).collect();
+        Border { division: Some(division), others, own }
+    }
+}
+
+/// Unknowns of other ranks, which change here, and own ones that change on others; of each rank, in one order on both sides.
+#[derive(Default)]
+pub(super) struct Border<'a> {
+    division: Option<&'a Division>,
+    others: Vec<Vec<usize>>,
+    own: Vec<Vec<usize>>,
+}
+
+impl Border<'_> {
+    /// Adds to own values what other ranks have added to theirs since all had `before`, and takes the sums for those of others.
+    pub(super) fn add(&self, before: &[f64], values: &mut [f64]) {
+        let Some(division) = self.division else { return };
+        let ranks = &*division.ranks;
+        let sent = |list: &Vec<usize>| to_bytes(&list.iter().map(|&i| values[i] - before[i]).collect::<Vec<f64>>());
+        let added = all_to_all(ranks, self.others.iter().map(sent).collect());
+        for (list, bytes) in self.own.iter().zip(&added) {
+            let more = from_bytes::<f64>(bytes);
+            list.iter().zip(more).for_each(|(&i, more)| values.get_mut(i).into_iter().for_each(|value| *value += more));
+        }
+        let known = |list: &Vec<usize>| {
+            to_bytes(&list.iter().map(|&i| values.get(i).copied().unwrap_or(f64::NAN)).collect::<Vec<f64>>())
+        };
+        let answers = all_to_all(ranks, self.own.iter().map(known).collect());
+        for (list, bytes) in self.others.iter().zip(&answers) {
+            list.iter().zip(from_bytes::<f64>(bytes)).for_each(|(&i, value)| values[i] = value);
+        }
     }
 }
 
