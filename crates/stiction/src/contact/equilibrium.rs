@@ -75,19 +75,60 @@ pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Optio
 /// The same under other loads, newton, length `n`.
 pub(crate) fn no_equilibrium_with(problem: &ContactProblem, motions: &RigidMotions, loads: &[f64]) -> Option<Slide> {
     let load = motions.work(loads);
-    let size = norm(&load);
+    let terms = motions.work_size(loads);
     // Forces that have no resultant, such as those of heat, leave rounding.
-    if size <= ROUNDING * motions.work_size(loads) {
+    if norm(&load) <= ROUNDING * terms {
         return None;
     }
     let jumps = motions.jumps(&problem.isotropic_rows());
-    let found = departs(problem, &jumps, &load, size);
+    no_equilibrium_of(&Bearing::of(problem, &jumps), motions, (&load, terms))
+}
+
+/// The contact points that may bear something, of all ranks where these share a problem.
+pub(crate) struct Bearing<'a> {
+    /// Jumps of the motions at the points, `3m` rows.
+    pub jumps: &'a Csr,
+    /// The law of each.
+    pub friction: &'a [Friction],
+    /// Those that take no part, ascending.
+    pub out: &'a [u32],
+}
+
+impl<'a> Bearing<'a> {
+    pub(super) fn of(problem: &'a ContactProblem, jumps: &'a Csr) -> Self {
+        Bearing { jumps, friction: &problem.contact.friction, out: &problem.contact.out }
+    }
+
+    fn rows(&self, j: usize) -> [usize; 3] {
+        let m = self.friction.len();
+        [j, m + j, 2 * m + j]
+    }
+
+    /// The points that take part, and the rows of each.
+    pub(super) fn points(&self) -> impl Iterator<Item = (usize, [usize; 3])> + '_ {
+        let is_in = |j: &usize| self.out.binary_search(&(*j as u32)).is_err();
+        (0..self.friction.len()).filter(is_in).map(|j| (j, self.rows(j)))
+    }
+}
+
+/// The same of these points, where the loads do the work `load` on the motions; it adds up terms whose sizes come to `terms`, newton.
+pub(crate) fn no_equilibrium_of(
+    bearing: &Bearing,
+    motions: &RigidMotions,
+    (load, terms): (&[f64], f64),
+) -> Option<Slide> {
+    let size = norm(load);
+    if size <= ROUNDING * terms {
+        return None;
+    }
+    let found = departs(bearing, load, size);
     if found.is_some() {
         return found;
     }
-    let stretch = Stretch::of_weak_friction(problem, motions, &jumps, (&load, loads))?;
-    let alpha = departs(problem, &stretch.rows(&jumps), &stretch.times(&load), size)?.alpha;
-    Some(slide(stretch.times(&alpha), &load))
+    let stretch = Stretch::of_weak_friction(bearing, motions, (load, terms))?;
+    let stretched = stretch.rows(bearing.jumps);
+    let alpha = departs(&Bearing { jumps: &stretched, ..*bearing }, &stretch.times(load), size)?.alpha;
+    Some(slide(stretch.times(&alpha), load))
 }
 
 /// How far parts go along `slices` (displacements of all unknowns, by which nothing is strained) in the motion in which they leave,
@@ -109,17 +150,22 @@ pub(crate) fn departs_along(
         load.push((dot(f, slice) + pull) / length);
         terms += (f.iter().zip(slice).map(|(f, s)| (f * s).abs()).sum::<f64>() + pull.abs()) / length;
     }
-    let size = norm(&load);
+    departs_along_of(&Bearing::of(problem, &jumps), (&load, terms), slices.len())
+}
+
+/// The same of these points, whose last motions are so many slices of unit length; `load` and `terms` as of [`no_equilibrium_of`].
+pub(crate) fn departs_along_of(bearing: &Bearing, (load, terms): (&[f64], f64), slices: usize) -> Option<Vec<f64>> {
+    let size = norm(load);
     if size <= ROUNDING * terms {
         return None;
     }
-    let slide = departs(problem, &jumps, &load, size)?;
-    Some(slide.alpha[motions.len()..].to_vec())
+    let slide = departs(bearing, load, size)?;
+    Some(slide.alpha[load.len() - slices..].to_vec())
 }
 
 /// Whether no admissible forces balance `load`, of which `size` counts as one.
-fn departs(problem: &ContactProblem, jumps: &Csr, load: &[f64], size: f64) -> Option<Slide> {
-    let forces = Forces { problem, jumps, size };
+fn departs(bearing: &Bearing, load: &[f64], size: f64) -> Option<Slide> {
+    let forces = Forces { bearing, size };
     // Friction that is given is bounded by itself and no cone: a further coordinate, one for the loads, makes it one.
     let mut target: Vec<f64> = load.iter().map(|e| e / size).collect();
     target.push(1.0);
@@ -161,8 +207,9 @@ fn physical(forces: &Forces, hull: &Hull, mut residual: Vec<f64>, load: &[f64]) 
     let mut along = residual.clone();
     let mut normals: Vec<Vec<f64>> = Vec::new();
     for j in carrying {
-        let mut normal = vec![0.0; forces.jumps.cols];
-        forces.jumps.entries_of(j).for_each(|(k, jump)| normal[k as usize] = jump);
+        let jumps = forces.bearing.jumps;
+        let mut normal = vec![0.0; jumps.cols];
+        jumps.entries_of(j).for_each(|(k, jump)| normal[k as usize] = jump);
         let own = norm(&normal);
         for _ in 0..2 {
             normals.iter().for_each(|n| axpy(-dot(&normal, n), n, &mut normal));
@@ -178,8 +225,7 @@ fn physical(forces: &Forces, hull: &Hull, mut residual: Vec<f64>, load: &[f64]) 
 }
 
 struct Forces<'a> {
-    problem: &'a ContactProblem,
-    jumps: &'a Csr,
+    bearing: &'a Bearing<'a>,
     /// Force that counts as one.
     size: f64,
 }
@@ -188,8 +234,8 @@ impl Forces<'_> {
     /// The admissible force that takes up most of the work of the motion `residual`, by direction: a unit vector of the
     /// space of resultants, with its point if it is that of one point.
     fn against(&self, residual: &[f64]) -> Option<(Option<usize>, Vec<f64>)> {
-        let m = self.problem.points();
-        let jump = self.jumps.times(&residual[..self.jumps.cols]);
+        let jumps = self.bearing.jumps;
+        let jump = jumps.times(&residual[..jumps.cols]);
         let mut best: Option<(f64, Option<usize>, Resultant)> = None;
         let mut offer = |point: Option<usize>, resultant: &Resultant| {
             let length = resultant.iter().map(|(_, v)| v * v).sum::<f64>().sqrt();
@@ -202,13 +248,11 @@ impl Forces<'_> {
         };
         let mut resultant = Resultant::new();
         let mut friction = vec![0.0; residual.len()];
-        let out = &self.problem.contact.out;
-        for j in (0..m).filter(|&j| out.binary_search(&(j as u32)).is_err()) {
-            let rows = self.problem.rows(j);
+        for (j, rows) in self.bearing.points() {
             let [n, t1, t2] = rows.map(|i| jump[i]);
             let sliding = t1.hypot(t2);
             let along = if sliding > 0.0 { [t1 / sliding, t2 / sliding] } else { [0.0; 2] };
-            let force = match self.problem.contact.friction[j] {
+            let force = match self.bearing.friction[j] {
                 Friction::None => [1.0, 0.0, 0.0],
                 Friction::Coulomb { coefficient } => [1.0, coefficient * along[0], coefficient * along[1]],
                 Friction::Limited { coefficient, limit } if limit < coefficient * self.size => {
@@ -252,14 +296,14 @@ impl Forces<'_> {
     /// Adds the resultants of a force at the three rows of a point.
     fn add(&self, rows: [usize; 3], force: [f64; 3], vector: &mut [f64]) {
         for (i, f) in rows.into_iter().zip(force) {
-            self.jumps.entries_of(i).for_each(|(k, jump)| vector[k as usize] += jump * f);
+            self.bearing.jumps.entries_of(i).for_each(|(k, jump)| vector[k as usize] += jump * f);
         }
     }
 
     /// The same, of one point, by the few motions that it moves in.
     fn resultant(&self, rows: [usize; 3], force: [f64; 3], to: &mut Resultant) {
         for (i, f) in rows.into_iter().zip(force).filter(|(_, f)| *f != 0.0) {
-            for (k, jump) in self.jumps.entries_of(i) {
+            for (k, jump) in self.bearing.jumps.entries_of(i) {
                 match to.iter_mut().find(|(motion, _)| *motion == k) {
                     Some((_, v)) => *v += jump * f,
                     None => to.push((k, jump * f)),
@@ -298,12 +342,8 @@ pub(super) fn with(names: &[String]) -> String {
     }
 }
 
-/// The bodies that a motion moves, that which moves farthest first.
-pub(super) fn moving(motions: &RigidMotions, alpha: &[f64]) -> Vec<usize> {
-    moving_among(motions, alpha, &|_| {})
-}
-
-fn moving_among(motions: &RigidMotions, alpha: &[f64], max: &dyn Fn(&mut [f64])) -> Vec<usize> {
+/// The bodies that a motion moves, that which moves farthest first; `max` takes the maxima over all ranks.
+pub(super) fn moving_among(motions: &RigidMotions, alpha: &[f64], max: &dyn Fn(&mut [f64])) -> Vec<usize> {
     let mut first = 0;
     let mut sizes = Vec::new(); // largest displacement of each body
     for body in &motions.bodies {

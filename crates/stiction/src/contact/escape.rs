@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::equilibrium::{Slide, in_words, moving, name, velocity, with};
+use super::among::Among;
+use super::equilibrium::{Slide, in_words_among, moving_among, name, velocity, with};
 use super::rigid::RigidMotions;
 use super::{ContactProblem, Friction};
 use crate::Error;
 use crate::fem::Motion;
-use crate::linalg::max_abs;
 use crate::mesh::v3::{V3, add, dot, norm, scale, sub};
 
 /// What is to be said of a problem without equilibrium.
@@ -45,23 +45,31 @@ const FLAT: f64 = 1e-6;
 
 /// The motion `slide`, on which no contact forces take up the work of the loads, in words.
 pub fn escape(problem: &ContactProblem, motions: &RigidMotions, slide: &Slide) -> Escape {
-    let bodies = moving(motions, &slide.alpha);
+    escape_among(problem, motions, slide, &Among::ALONE)
+}
+
+/// The same where ranks share the problem; all of them say the same.
+pub(crate) fn escape_among(problem: &ContactProblem, motions: &RigidMotions, slide: &Slide, among: &Among) -> Escape {
+    let bodies = moving_among(motions, &slide.alpha, among.max);
     let Some(&first) = bodies.first() else {
-        return Escape { motion: in_words(problem, motions, &slide.alpha), facts: Vec::new(), remedy: String::new() };
+        let motion = in_words_among(problem, motions, &slide.alpha, among.max);
+        return Escape { motion, facts: Vec::new(), remedy: String::new() };
     };
-    let points = touching(problem, motions, first);
-    let opening = opening(problem, motions, slide, &points);
+    let points = touching(problem, motions, first, among);
+    let mut counts = [opening(problem, motions, slide, &points, among) as f64, points.len() as f64];
+    (among.sum)(&mut counts);
+    let [opening, all] = counts.map(|count| count as usize);
     let kind = match opening {
-        all if all == points.len() => Kind::LiftOff,
+        opening if opening == all => Kind::LiftOff,
         0 => Kind::Slide,
         _ => Kind::Tip,
     };
-    let force = load(problem, motions, first);
-    let mut facts = vec![did(kind, opening, points.len())];
+    let force = load(problem, motions, first, among);
+    let mut facts = vec![did(kind, opening, all)];
     facts.extend(force.map(|force| format!("the loads on it add up to the force {}", components(force))));
     let (t, omega, origin, centre, radius) = velocity(problem, motions, first, &slide.alpha);
     if kind != Kind::LiftOff && bodies.len() == 1 {
-        facts.extend(force.and_then(|force| resisted(problem, motions, first, &points, force)));
+        facts.extend(force.and_then(|force| resisted(problem, motions, first, &points, force, among)));
     }
     let middle = Motion::of_middle(t, omega, origin, centre, radius).filter(|_| kind == Kind::LiftOff);
     let motion = match middle {
@@ -70,7 +78,7 @@ pub fn escape(problem: &ContactProblem, motions: &RigidMotions, slide: &Slide) -
             let names: Vec<String> = bodies.iter().map(|&number| name(problem, motions, number)).collect();
             format!("{}: {motion}, while it turns{}", names[0], with(&names))
         }
-        _ => in_words(problem, motions, &slide.alpha),
+        _ => in_words_among(problem, motions, &slide.alpha, among.max),
     };
     Escape { motion, facts, remedy: remedy(kind).into() }
 }
@@ -94,34 +102,37 @@ fn remedy(kind: Kind) -> &'static str {
     }
 }
 
-/// The contact points that a body has a part in, as far as they take part themselves.
-fn touching(problem: &ContactProblem, motions: &RigidMotions, body: usize) -> Vec<usize> {
+/// The contact points here that a body has a part in, as far as they take part themselves.
+fn touching(problem: &ContactProblem, motions: &RigidMotions, body: usize, among: &Among) -> Vec<usize> {
     let own = &motions.bodies[body].unknowns;
     let meets = |&j: &usize| problem.contact.B.row(j).0.iter().any(|i| own.binary_search(i).is_ok());
     // Points of couplings and equations are of no surface.
     let is_in = |&j: &usize| {
         problem.labels.unity_sum.get(j) != Some(&0.0) && problem.contact.out.binary_search(&(j as u32)).is_err()
     };
-    (0..problem.points()).filter(is_in).filter(meets).collect()
+    (0..problem.points()).filter(|&j| (among.point)(j)).filter(is_in).filter(meets).collect()
 }
 
 /// How many of these points move apart.
-fn opening(problem: &ContactProblem, motions: &RigidMotions, slide: &Slide, points: &[usize]) -> usize {
+fn opening(problem: &ContactProblem, motions: &RigidMotions, slide: &Slide, points: &[usize], among: &Among) -> usize {
     let mut u = vec![0.0; problem.unknowns()];
     motions.add(&slide.alpha, &mut u);
-    let jump = problem.contact.B.times(&u);
-    let least = OPENS * max_abs(&jump);
+    let (jump, m) = (problem.contact.B.times(&u), problem.points());
+    let own = jump.iter().enumerate().filter(|(i, _)| (among.point)(i % m));
+    let least = OPENS * among.largest(own.map(|(_, jump)| jump.abs()));
     points.iter().filter(|&&j| problem.contact.friction[j] != Friction::Bonded && jump[j] < -least).count()
 }
 
 /// The resultant of the loads on a body that nothing holds; `None` for others, on which supports act as well.
-fn load(problem: &ContactProblem, motions: &RigidMotions, body: usize) -> Option<V3> {
+fn load(problem: &ContactProblem, motions: &RigidMotions, body: usize, among: &Among) -> Option<V3> {
     let kernel = problem.elastic.near_kernel.as_ref().filter(|_| motions.bodies[body].motions.len() == 6)?;
-    let along = |c: usize| {
-        let own = motions.bodies[body].unknowns.iter();
-        own.map(|&i| problem.elastic.f[i as usize] * kernel[i as usize][c]).sum()
+    let along = |c: usize| -> f64 {
+        let own = motions.bodies[body].unknowns.iter().map(|&i| i as usize).filter(|&i| (among.unknown)(i));
+        own.map(|i| problem.elastic.f[i] * kernel[i][c]).sum()
     };
-    Some([along(0), along(1), along(2)])
+    let mut sums = [along(0), along(1), along(2)];
+    (among.sum)(&mut sums);
+    Some(sums)
 }
 
 /// How the push along a plane compares with friction. `None` where contact is no plane, or its friction not that of Coulomb:
@@ -132,34 +143,41 @@ fn resisted(
     body: usize,
     points: &[usize],
     force: V3,
+    among: &Among,
 ) -> Option<String> {
     let kernel = problem.elastic.near_kernel.as_ref()?;
     let own = &motions.bodies[body].unknowns;
-    let mut plane: Option<V3> = None;
-    let mut largest: f64 = 0.0;
+    let normal = |j: usize| -> V3 {
+        let here = problem.contact.B.entries_of(j).filter(|(i, _)| own.binary_search(i).is_ok());
+        let sum =
+            here.fold([0.0; 3], |sum, (i, entry)| add(sum, scale(entry, [0, 1, 2].map(|c| kernel[i as usize][c]))));
+        scale(1.0 / norm(sum), sum)
+    };
+    let normals: Vec<V3> = points.iter().map(|&j| normal(j)).collect();
+    let mut mean = normals.iter().fold([0.0; 3], |sum, normal| add(sum, *normal));
+    (among.sum)(&mut mean);
+    let plane = scale(1.0 / norm(mean), mean);
+    // What is no number is turned.
+    let turned = |normal: &V3| if norm(sub(*normal, plane)) < FLAT { 0.0 } else { 1.0 };
+    let (mut others, mut largest) = (normals.iter().map(turned).fold(0.0, f64::max), 0.0f64);
     for &j in points {
-        let mut normal = [0.0; 3];
-        for (i, entry) in problem.contact.B.entries_of(j).filter(|(i, _)| own.binary_search(i).is_ok()) {
-            normal = add(normal, scale(entry, [0, 1, 2].map(|c| kernel[i as usize][c])));
+        match problem.contact.friction[j] {
+            Friction::None => {}
+            Friction::Coulomb { coefficient } | Friction::Limited { coefficient, .. } => {
+                largest = largest.max(coefficient);
+            }
+            _ => others = 1.0,
         }
-        let normal = scale(1.0 / norm(normal), normal);
-        let first = *plane.get_or_insert(normal);
-        let turned = norm(sub(normal, first));
-        if turned.is_nan() || turned >= FLAT {
-            return None;
-        }
-        largest = largest.max(match problem.contact.friction[j] {
-            Friction::None => 0.0,
-            Friction::Coulomb { coefficient } | Friction::Limited { coefficient, .. } => coefficient,
-            _ => return None,
-        });
     }
-    let normal = plane?;
-    let press = dot(force, normal);
-    if press <= 0.0 {
+    let mut most = [others, largest];
+    (among.max)(&mut most);
+    let [others, largest] = most;
+    let press = dot(force, plane);
+    // What is no number presses nowhere.
+    if others > 0.0 || press.is_nan() || press <= 0.0 {
         return None;
     }
-    let push = norm(sub(force, scale(press, normal)));
+    let push = norm(sub(force, scale(press, plane)));
     let [push, press, most] = [push, press, largest * press].map(Error::number);
     Some(format!(
         "they push along the contact with {push} and press on it with {press}: friction holds at most {largest} x {press} = {most}"

@@ -2,6 +2,8 @@
 
 use rustc_hash::FxHashMap;
 
+use super::among::Among;
+use super::equilibrium::Bearing;
 use super::rigid::RigidMotions;
 use super::{ContactProblem, Friction};
 use crate::linalg::{SmallLu, axpy, dot, norm};
@@ -38,34 +40,47 @@ const STEPS: usize = 60;
 ///
 /// `None` if no such motion is loaded, or if it runs into a surface that does not touch yet.
 pub fn least_resisted(problem: &ContactProblem, motions: &RigidMotions, lambda: &[f64]) -> Option<Sliding> {
-    let m = problem.points();
     let jumps = motions.jumps(&problem.isotropic_rows());
     let load = motions.work(&problem.elastic.f);
+    let largest = |alpha: &[f64]| largest_displacement(problem, motions, alpha);
+    let bearing = Bearing::of(problem, &jumps);
+    least_resisted_of((&bearing, motions), (lambda, &load), (problem.contact.B.max_abs(), &largest), &Among::ALONE)
+}
+
+/// The same of these points and the work of the loads on the motions, on every rank: `scale` is the largest entry of the rows here, `largest` the
+/// displacement in a motion of the node, of those here, that moves farthest; maxima are taken `among` the ranks.
+pub(crate) fn least_resisted_of(
+    (bearing, motions): (&Bearing, &RigidMotions),
+    (lambda, load): (&[f64], &[f64]),
+    (scale, largest): (f64, &dyn Fn(&[f64]) -> f64),
+    among: &Among,
+) -> Option<Sliding> {
+    let (m, jumps, laws) = (bearing.friction.len(), bearing.jumps, bearing.friction);
     let most_pressed = lambda[..m].iter().fold(0.0, |a: f64, n| a.max(*n));
-    let pressed = |j: usize| problem.contact.friction[j] == Friction::Bonded || lambda[j] > PRESSED * most_pressed;
-    let constrained =
-        (0..3 * m).filter(|&i| pressed(i % m) && (i < m || problem.contact.friction[i % m] == Friction::Bonded));
-    let along = motions.without_jump(&jumps, &constrained.collect::<Vec<_>>(), problem.contact.B.max_abs(), ALONG);
-    let force: Vec<f64> = along.iter().map(|a| dot(a, &load)).collect();
-    let possible = along.iter().map(|a| norm(a)).fold(0.0, f64::max) * norm(&load);
+    let pressed = |j: usize| laws[j] == Friction::Bonded || lambda[j] > PRESSED * most_pressed;
+    let constrained = (0..3 * m).filter(|&i| pressed(i % m) && (i < m || laws[i % m] == Friction::Bonded));
+    let (constrained, held) = (constrained.collect::<Vec<_>>(), vec![false; motions.len()]);
+    let along = motions.without_jump_among(jumps, (&constrained, &held), scale, ALONG, among);
+    let force: Vec<f64> = along.iter().map(|a| dot(a, load)).collect();
+    let possible = along.iter().map(|a| norm(a)).fold(0.0, f64::max) * norm(load);
     if norm(&force) <= WORKS * possible {
         return None;
     }
     let of_motions: Vec<Vec<f64>> = along.iter().map(|a| jumps.times(a)).collect();
     // Tied points do not slide.
-    let bound = |j: usize| Some(problem.contact.friction[j].bound(lambda[j])).filter(|g| g.is_finite());
+    let bound = |j: usize| Some(laws[j].bound(lambda[j])).filter(|g| g.is_finite());
     let bounds: Vec<f64> = (0..m).map(|j| bound(j).unwrap_or(0.0)).collect();
     let weights = least_dissipation(&of_motions, &bounds, &force);
     let mut alpha = vec![0.0; load.len()];
     weights.iter().zip(&along).for_each(|(&w, a)| axpy(w, a, &mut alpha));
-    let size = largest_displacement(problem, motions, &alpha);
+    let size = among.largest(std::iter::once(largest(&alpha)));
     alpha.iter_mut().for_each(|a| *a /= size);
     let jump = jumps.times(&alpha);
     if (0..m).any(|j| !pressed(j) && jump[j] > ALONG) {
         return None;
     }
     let friction = (0..m).map(|j| bounds[j] * jump[m + j].hypot(jump[2 * m + j])).sum();
-    Some(Sliding { load: dot(&alpha, &load), friction, alpha })
+    Some(Sliding { load: dot(&alpha, load), friction, alpha })
 }
 
 /// The weights `w` of the motions with `force . w = 1` of which friction takes up the least, `sum of bound |T w|`.
@@ -97,7 +112,7 @@ fn least_dissipation(jumps: &[Vec<f64>], bounds: &[f64], force: &[f64]) -> Vec<f
 }
 
 /// Of all nodes; of all unknowns where nodes are not known. Length.
-fn largest_displacement(problem: &ContactProblem, motions: &RigidMotions, alpha: &[f64]) -> f64 {
+pub(crate) fn largest_displacement(problem: &ContactProblem, motions: &RigidMotions, alpha: &[f64]) -> f64 {
     let mut u = vec![0.0; problem.unknowns()];
     motions.add(alpha, &mut u);
     let mut squares: FxHashMap<u32, f64> = FxHashMap::default();

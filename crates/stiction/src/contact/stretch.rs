@@ -5,8 +5,9 @@
 //! motions of a body along all of its contact, in which no point moves along its normal, are stretched until friction there is as large
 //! as the normal forces.
 
+use super::Friction;
+use super::equilibrium::Bearing;
 use super::rigid::RigidMotions;
-use super::{ContactProblem, Friction};
 use crate::linalg::{Csr, dot, norm, symmetric_eigen};
 
 /// Friction this part of the normal forces is told from none without help.
@@ -28,12 +29,11 @@ pub(super) struct Stretch {
 impl Stretch {
     /// Of bodies whose friction is weak and on which a load acts along the contact; `None` where there are none.
     pub(super) fn of_weak_friction(
-        problem: &ContactProblem,
+        bearing: &Bearing,
         motions: &RigidMotions,
-        jumps: &Csr,
-        (load, forces): (&[f64], &[f64]),
+        (load, terms): (&[f64], f64),
     ) -> Option<Stretch> {
-        let (m, size, noise) = (problem.points(), norm(load), ROUNDING * motions.work_size(forces));
+        let (size, noise) = (norm(load), ROUNDING * terms);
         let mut stretch = Stretch { count: load.len(), along: Vec::new() };
         let mut first = 0;
         for body in &motions.bodies {
@@ -41,17 +41,17 @@ impl Stretch {
             first += own;
             let of = |row: usize| -> Vec<f64> {
                 let mut jump = vec![0.0; own];
-                let here = jumps.entries_of(row).filter(|(k, _)| (begin..begin + own).contains(&(*k as usize)));
+                let here = bearing.jumps.entries_of(row).filter(|(k, _)| (begin..begin + own).contains(&(*k as usize)));
                 here.for_each(|(k, value)| jump[k as usize - begin] = value);
                 jump
             };
             let (mut gram, mut grip) = (vec![vec![0.0; own]; own], 0.0f64);
-            for j in (0..m).filter(|&j| problem.contact.out.binary_search(&(j as u32)).is_err()) {
-                let rows = problem.rows(j).map(of);
+            for (j, rows) in bearing.points() {
+                let rows = rows.map(of);
                 if rows.iter().all(|row| row.iter().all(|&x| x == 0.0)) {
                     continue;
                 }
-                let law = &problem.contact.friction[j];
+                let law = &bearing.friction[j];
                 grip = grip.max(if *law == Friction::Bonded { f64::INFINITY } else { law.bound(size) / size });
                 let normal = &rows[0];
                 (0..own).for_each(|a| (0..own).for_each(|b| gram[a][b] += normal[a] * normal[b]));

@@ -5,8 +5,10 @@ use super::loose::{LooseMotions, resisted};
 use super::part::Part;
 use super::solve::{Multigrid, point_laws};
 use super::transform::Transformed;
+use crate::contact::among::Among;
+use crate::contact::equilibrium::{Bearing, Slide, departs_along, departs_along_of, no_equilibrium, no_equilibrium_of};
 use crate::contact::rigid::RigidMotions;
-use crate::contact::sliding::least_resisted;
+use crate::contact::sliding::{Sliding, largest_displacement, least_resisted, least_resisted_of};
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::Dual;
 use crate::friction::direct::rigid_start::{Foundation, along, keep_apart, unless_rounding, ways, without_rounding};
@@ -76,12 +78,34 @@ fn friction_of_all(halo: &Halo, problem: &ContactProblem) -> Vec<Friction> {
     (0..m).map(|j| Friction::of_numbers([0, 1, 2, 3].map(|c| laws[c * m + j]))).collect()
 }
 
+/// The points of all ranks that take no part.
+fn out_of_all(halo: &Halo, problem: &ContactProblem) -> Vec<u32> {
+    let mut flags = vec![0.0; problem.points()];
+    problem.contact.out.iter().for_each(|&j| flags[j as usize] = 1.0);
+    let flags = of_all_points(halo, 1, &flags);
+    (0..).zip(flags).filter(|(_, flag)| *flag > 0.0).map(|(j, _)| j).collect()
+}
+
+fn is_own(transformed: &Transformed, unknown: usize) -> bool {
+    (transformed.nodes.of[unknown].0 as usize) < transformed.halo().own()
+}
+
+/// The loads at nodes of this rank; those at others are theirs.
+fn own_loads(problem: &ContactProblem, transformed: &Transformed) -> Vec<f64> {
+    let own = |(i, &f): (usize, &f64)| if is_own(transformed, i) { f } else { 0.0 };
+    problem.elastic.f.iter().enumerate().map(own).collect()
+}
+
+/// The sum of the sizes of what the work of the loads on the motions adds up, newton.
+fn work_size(problem: &ContactProblem, transformed: &Transformed, motions: &RigidMotions) -> f64 {
+    let mut size = [motions.work_size(&own_loads(problem, transformed))];
+    transformed.halo().sum(&mut size);
+    size[0]
+}
+
 /// Work of the loads on the motions of floating bodies, newton.
 fn resultant(problem: &ContactProblem, transformed: &Transformed, motions: &RigidMotions) -> Vec<f64> {
-    let halo = transformed.halo();
-    // Loads at nodes of other ranks are theirs.
-    let is_own = |i: usize| (transformed.nodes.of[i].0 as usize) < halo.own();
-    let load: Vec<f64> = problem.elastic.f.iter().enumerate().map(|(i, &f)| if is_own(i) { f } else { 0.0 }).collect();
+    let (halo, load) = (transformed.halo(), own_loads(problem, transformed));
     let mut work = motions.work(&load);
     work.push(motions.work_size(&load));
     halo.sum(&mut work);
@@ -110,9 +134,7 @@ impl Multigrid {
         let friction = friction_of_all(halo, problem);
         keep_apart(&friction, &mut gap);
         let stiffness = of_all_points(halo, 1, &self.stiffness(problem, part));
-        let is_own = |i: usize| (transformed.nodes.of[i].0 as usize) < halo.own();
-        let load: Vec<f64> =
-            problem.elastic.f.iter().enumerate().map(|(i, &f)| if is_own(i) { f } else { 0.0 }).collect();
+        let load = own_loads(problem, transformed);
         let mut work: Vec<f64> = slices.iter().flat_map(|slice| along(slice, &load, 0.0)).collect();
         halo.sum(&mut work);
         let pulled = work.as_chunks().0.iter().zip(pull);
@@ -125,6 +147,76 @@ impl Multigrid {
         motions.add(rigid, &mut u);
         slices.iter().zip(way).for_each(|(slice, &way)| axpy(way, slice, &mut u));
         (u, ways(way, &resultant[motions.len()..]))
+    }
+
+    /// As [`no_equilibrium`](crate::contact::equilibrium::no_equilibrium) of the problem of the points of this rank. All ranks find the same.
+    pub(crate) fn no_equilibrium(&self, problem: &ContactProblem) -> Option<Slide> {
+        let transformed = &self.transformed;
+        let (halo, motions) = (transformed.halo(), &transformed.motions);
+        if halo.is_alone() {
+            return no_equilibrium(problem, motions);
+        }
+        let load = resultant(problem, transformed, motions);
+        // Its rounding is left out already.
+        if load.iter().all(|&work| work == 0.0) {
+            return None;
+        }
+        let jumps = rows_of_all_points(halo, motions.jumps(&problem.isotropic_rows()));
+        let (friction, out) = (friction_of_all(halo, problem), out_of_all(halo, problem));
+        let terms = work_size(problem, transformed, motions);
+        no_equilibrium_of(&Bearing { jumps: &jumps, friction: &friction, out: &out }, motions, (&load, terms))
+    }
+
+    /// As [`departs_along`](crate::contact::equilibrium::departs_along), likewise; `slices` are displacements of all unknowns here.
+    pub(crate) fn departs_along(
+        &self,
+        problem: &ContactProblem,
+        slices: &[Vec<f64>],
+        pull: &[f64],
+    ) -> Option<Vec<f64>> {
+        let transformed = &self.transformed;
+        let (halo, motions, rows) = (transformed.halo(), &transformed.motions, problem.isotropic_rows());
+        if halo.is_alone() {
+            return departs_along(problem, motions, slices, pull);
+        }
+        let f = own_loads(problem, transformed);
+        let of_slice = |slice: &Vec<f64>| -> [f64; 3] {
+            let own = slice.iter().enumerate().filter(|(i, _)| is_own(transformed, *i));
+            let terms = f.iter().zip(slice).map(|(f, s)| f * s);
+            [own.map(|(_, s)| s * s).sum(), terms.clone().sum(), terms.map(f64::abs).sum()]
+        };
+        let mut sums: Vec<f64> = slices.iter().flat_map(of_slice).collect();
+        halo.sum(&mut sums);
+        let (mut load, mut terms) =
+            (resultant(problem, transformed, motions), work_size(problem, transformed, motions));
+        let mut of_slices = Vec::new();
+        for ((slice, pull), [square, work, size]) in slices.iter().zip(pull).zip(sums.as_chunks::<3>().0) {
+            let length = square.sqrt();
+            load.push((work + pull) / length);
+            terms += (size + pull.abs()) / length;
+            of_slices.push(rows.times(slice).iter().map(|jump| jump / length).collect());
+        }
+        let jumps = rows_of_all_points(halo, motions.jumps(&rows).beside(&of_slices));
+        let (friction, out) = (friction_of_all(halo, problem), out_of_all(halo, problem));
+        departs_along_of(&Bearing { jumps: &jumps, friction: &friction, out: &out }, (&load, terms), slices.len())
+    }
+
+    /// As [`least_resisted`] at the multipliers of the points of this rank, `3m`, newton.
+    pub(crate) fn least_resisted(&self, problem: &ContactProblem, lambda: &[f64]) -> Option<Sliding> {
+        let transformed = &self.transformed;
+        let (halo, motions) = (transformed.halo(), &transformed.motions);
+        if halo.is_alone() {
+            return least_resisted(problem, motions, lambda);
+        }
+        let (load, lambda) = (resultant(problem, transformed, motions), of_all_points(halo, 3, lambda));
+        let jumps = rows_of_all_points(halo, motions.jumps(&problem.isotropic_rows()));
+        let (friction, out) = (friction_of_all(halo, problem), out_of_all(halo, problem));
+        let bearing = Bearing { jumps: &jumps, friction: &friction, out: &out };
+        let largest = |alpha: &[f64]| largest_displacement(problem, motions, alpha);
+        // Each rank has all rows: nothing is added up.
+        let among = Among { max: &|values| halo.max(values), ..Among::ALONE };
+        let scale = problem.contact.B.max_abs();
+        least_resisted_of((&bearing, motions), (&lambda, &load), (scale, &largest), &among)
     }
 
     /// Of the foundation at the points of this rank, force per length.

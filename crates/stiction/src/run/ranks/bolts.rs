@@ -2,6 +2,7 @@
 
 use super::local::Local;
 use crate::Error;
+use crate::contact::escape::Escape;
 use crate::contact::{ContactProblem, PosedPoints};
 use crate::fem::{Cut, DofMap, Solid, full_displacement};
 use crate::friction::{Multigrid, SoughtForce};
@@ -13,7 +14,7 @@ use crate::run::pose::bolts::{Bolt, Target, bolts};
 use crate::run::pose::cut_sides::sides;
 use crate::run::pose::loads::end;
 use crate::run::solve::BoltState;
-use crate::run::solve::clearance::{Loose, rigid_mode};
+use crate::run::solve::clearance::{Loose, in_words, rigid_mode};
 use crate::run::solve::stretch::{along_axis, stretch};
 
 /// A bolt of the whole mesh, or what of it is on a piece, whose numbers it has then.
@@ -175,22 +176,51 @@ pub(super) fn close_clearance(
     loose(local, with, |loose| loose.close(targets, from_rest, shortening));
 }
 
+/// As [`escape_of_bolts`](crate::run::solve::clearance::escape_of_bolts); `own` is the problem of the points of this rank.
+pub(super) fn escape(
+    local: &Local,
+    (multigrid, own): (&Multigrid, &ContactProblem),
+    targets: &[Target],
+) -> Option<Escape> {
+    let modes = modes(local);
+    let mut thermal = local.initial.thermal_force.clone();
+    thermal.resize(local.bolts.len(), 0.0);
+    sum(&*local.division.ranks, &mut thermal);
+    let (mut slices, mut pull, mut names) = (Vec::new(), Vec::new(), Vec::new());
+    for (((bolt, target), mode), thermal) in local.bolts.iter().zip(targets).zip(modes).zip(thermal) {
+        if let (Target::Force(force), Some(mode)) = (target, mode) {
+            slices.push(mode);
+            pull.push(force - thermal);
+            names.push(&bolt.bolt.name);
+        }
+    }
+    if slices.is_empty() {
+        return None;
+    }
+    in_words(&names, &multigrid.departs_along(own, &slices, &pull)?)
+}
+
 /// As [`start`](crate::run::solve::clearance::start).
 pub(super) fn start(local: &Local, with: (&Multigrid, &ContactProblem), shortening: &[f64]) -> Option<Vec<f64>> {
     loose(local, with, |loose| loose.start(shortening))
 }
 
-/// The parts of all ranks, for `find`: modes and displacements are those of the unknowns here.
-fn loose<T>(local: &Local, (multigrid, own): (&Multigrid, &ContactProblem), find: impl FnOnce(&Loose) -> T) -> T {
-    let (dofs, k, ranks) = (&local.model.dofs, &local.problem.elastic.K, &*local.division.ranks);
+/// How the parts of each bolt come together as rigid ones: displacements of all unknowns here.
+fn modes(local: &Local) -> Vec<Option<Vec<f64>>> {
+    let (dofs, k) = (&local.model.dofs, &local.problem.elastic.K);
     let is_own = |i: usize| local.division.is_own(dofs.free[i] / 3);
     let largest = |here: f64| {
         let mut most = [here];
-        max(ranks, &mut most);
+        max(&*local.division.ranks, &mut most);
         most[0]
     };
     let mode = |RankBolt { bolt, sides, .. }: &RankBolt| rigid_mode((dofs, k), &bolt.cut, sides, &is_own, &largest);
-    let modes = || local.bolts.iter().map(mode).collect();
+    local.bolts.iter().map(mode).collect()
+}
+
+/// The parts of all ranks, for `find`: modes and displacements are those of the unknowns here.
+fn loose<T>(local: &Local, (multigrid, own): (&Multigrid, &ContactProblem), find: impl FnOnce(&Loose) -> T) -> T {
+    let (ranks, modes) = (&*local.division.ranks, || modes(local));
     let part = multigrid.part(own);
     let equilibrium = |slices: &[Vec<f64>], pull: &[f64], u: Vec<f64>| {
         multigrid.rigid_equilibrium((own, part.as_ref()), slices, pull, u)

@@ -76,7 +76,8 @@ pub(super) fn move_back(
     }
 }
 
-fn among<T>(local: &Local, find: impl FnOnce(&Among) -> T) -> T {
+/// Calls `find` with what this rank counts.
+pub(super) fn among<T>(local: &Local, find: impl FnOnce(&Among) -> T) -> T {
     let Local { problem, division, .. } = local;
     let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
     find(&Among {

@@ -10,7 +10,6 @@ use super::homes::{Homes, Plan};
 use super::local::{Local, local};
 use super::share::share;
 use super::solve::{Marched, Start, march};
-use super::statics::Statics;
 use crate::Error;
 use crate::friction::{Multigrid, Settings, SolverPath};
 use crate::io::case::Case;
@@ -53,8 +52,8 @@ fn solved(case: &Case, ranks: &Arc<dyn Ranks>) -> Result<Option<(Local, Vec<V3>)
     let share = share(case, &**ranks)?;
     let mut local = local(case, share, ranks)?;
     let (mut multigrid, own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
-    let (start, mut statics) = (start(case, &local), Statics::none());
-    let how = (Settings { path: SolverPath::Multigrid, ..settings() }, start, &mut statics);
+    let start = start(case, &local);
+    let how = (Settings { path: SolverPath::Multigrid, ..settings() }, start, false);
     // It takes a sixty-fourth of the case: who asks to stop is heard after it.
     let mut observer = |_: &_| ControlFlow::Continue(());
     let Marched { found, .. } = march(case, (&mut local, &mut multigrid, own), how, (None, None), &mut observer)?;

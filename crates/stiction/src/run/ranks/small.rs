@@ -24,7 +24,7 @@ use crate::run::pose::axis::Position;
 use crate::run::pose::loads::end;
 use crate::run::pose::{Prepared, prepare};
 use crate::run::results::Fretting;
-use crate::run::solve::{AnswerRecord, Event, Settings, SlidingRecord, Step, StepRecord, solve, solve_steps};
+use crate::run::solve::{AnswerRecord, Event, Settings, Step, StepRecord, solve, solve_steps};
 use crate::solve::SolveEvent;
 
 /// Unknowns of the whole up to which one rank solves it: seconds, and some 100 MB.
@@ -42,15 +42,6 @@ pub(super) struct ByFirst {
     pub others: Vec<[Vec<f64>; 2]>,
 }
 
-/// What became of it.
-#[derive(Default)]
-pub(super) struct Tried {
-    /// `None` on every rank if rank 0 finds nothing either, or the ranks find that it does not pass.
-    pub found: Option<ByFirst>,
-    /// Where rank 0 has found nothing: the limit load of friction, if that may be why.
-    pub sliding: Option<SlidingRecord>,
-}
-
 /// What rank 0 has found: the answer of each increment, or the only one, and what is known of them.
 struct FoundAlone {
     answers: Vec<WholeAnswer>,
@@ -62,7 +53,8 @@ struct FoundAlone {
     answer: AnswerRecord,
 }
 
-/// Solves the case on rank 0, from its beginning. Increments that were kept make way for those that it finds.
+/// Solves the case on rank 0, from its beginning. `None` on every rank if it finds nothing either, or the ranks find that it does not pass.
+/// Increments that were kept make way for those that it finds.
 ///
 /// # Errors
 /// As [`put_state`] and [`Kept::add`].
@@ -72,28 +64,13 @@ pub(super) fn by_first(
     multigrid: &mut Multigrid,
     kept: Option<&mut Kept>,
     observer: &mut Watch<Progress>,
-) -> Result<Tried, Error> {
+) -> Result<Option<ByFirst>, Error> {
     if is_left_to_all(case) {
-        return Ok(Tried::default());
+        return Ok(None);
     }
     let ranks = std::sync::Arc::clone(&local.division.ranks);
     let message = if ranks.rank() == 0 { answer(case, observer).unwrap_or_default() } else { Vec::new() };
-    let message = broadcast(&*ranks, message);
-    let Some(found) = FoundAlone::take(&message) else {
-        let sliding = message.get(1..).and_then(|rest| serde_json::from_slice(rest).ok());
-        return Ok(Tried { sliding: sliding.flatten(), ..Tried::default() });
-    };
-    Ok(Tried { found: judged(found, case, (local, multigrid), kept)?, sliding: None })
-}
-
-/// What rank 0 has found, if the ranks find that it passes.
-fn judged(
-    mut found: FoundAlone,
-    case: &Case,
-    (local, multigrid): (&mut Local, &mut Multigrid),
-    kept: Option<&mut Kept>,
-) -> Result<Option<ByFirst>, Error> {
-    let ranks = std::sync::Arc::clone(&local.division.ranks);
+    let Some(mut found) = FoundAlone::take(&broadcast(&*ranks, message)) else { return Ok(None) };
     // All are judged before the first one is kept.
     let mut fretting = Fretting::default();
     let mut rub = |local: &Local, at: &Found, _: usize| {
@@ -125,7 +102,7 @@ fn rubbed(fretting: &mut Fretting, local: &Local, at: &Found) {
     add_step(fretting, local, &at.everywhere, &at.shortening, &tractions);
 }
 
-/// What a run on one machine finds, as a message that begins with 1; of one that finds nothing a 0, and the limit load of friction.
+/// What a run on one machine finds, as a message.
 fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Vec<u8>> {
     let mut prepared = prepare(case).ok()?;
     let settings = Settings::of(&case.solver);
@@ -150,12 +127,11 @@ fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Vec<u8>> {
     let outcome = outcome.ok()?;
     // Displacements there leave out what supports have in common; here they do not.
     if outcome.solution.status != Status::Solved || travels || prepared.loading.travel != [0.0; 3] {
-        let sliding = outcome.sliding.as_ref().map(|sliding| SlidingRecord::of(&prepared, sliding));
-        return Some([vec![0], serde_json::to_vec(&sliding).ok()?].concat());
+        return None;
     }
     let others = outcome.solutions.iter().flat_map(|found| found.distinct.iter().skip(1));
     let others: Vec<WholeAnswer> = others.map(|other| WholeAnswer::of_solution(&prepared, other)).collect();
-    let mut message = vec![1];
+    let mut message = Vec::new();
     put(&at, &mut message);
     put(&[answers.len(), others.len()].map(|count| count as u64), &mut message);
     answers.iter().chain(&others).for_each(|answer| message.extend(answer.to_bytes()));
@@ -164,10 +140,9 @@ fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Vec<u8>> {
 }
 
 impl FoundAlone {
-    /// From a message, if it is one of answers.
-    fn take(message: &[u8]) -> Option<Self> {
-        let (found, mut from) = message.split_first()?;
-        if *found == 0 {
+    /// From a message; an empty one is none.
+    fn take(mut from: &[u8]) -> Option<Self> {
+        if from.is_empty() {
             return None;
         }
         let at = take(&mut from);

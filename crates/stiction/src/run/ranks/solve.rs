@@ -15,7 +15,6 @@ use super::refine::refined;
 use super::remarks::{Remarks, couples, largest_displacement, look as look_at};
 use super::report::{Known, rows};
 use super::share::Share;
-use super::statics::Statics;
 use super::steps::slid as sliding;
 use super::tighten::{Answer, Found, March, Solver};
 use super::timed::note_where_it_stands;
@@ -42,7 +41,7 @@ use crate::run::results::{FIGURES, Fretting, Row, Summary, Versions};
 use crate::run::solve::extrapolation::KEPT;
 use crate::run::solve::passing::{Searches, with_searches};
 use crate::run::solve::tractions::Traction;
-use crate::run::solve::{AnswerRecord, BalanceRecord, StepRecord};
+use crate::run::solve::{AnswerRecord, BalanceRecord, SlidingRecord, StepRecord};
 use crate::run::whole::{MOST_WIDENINGS, Stage};
 use crate::solve::multigrid_cycles;
 
@@ -226,47 +225,46 @@ impl Begun {
         };
         let mut kept =
             keep.filter(|_| !case.steps.is_empty()).map(|keep| Kept::begin(keep, case, &local)).transpose()?;
-        let (mut sliding, mut of_first, mut others) = (None, None, Vec::new());
+        let (mut of_first, mut others) = (None, Vec::new());
         let mut by_first = None;
         if let Some(Start::Answer(answer, known)) = &start {
             let found = small::taken(case, (&mut local, &mut multigrid), answer, end(case), known)?;
             of_first = found.is_some().then(|| (**known).clone());
             by_first = found.map(|found| (found, Vec::new(), Fretting::default()));
         } else if asked {
-            let tried = small::by_first(case, &mut local, &mut multigrid, kept.as_mut(), observer)?;
-            sliding = tried.sliding;
-            by_first = tried.found.map(|found| {
+            let found = small::by_first(case, &mut local, &mut multigrid, kept.as_mut(), observer)?;
+            by_first = found.map(|found| {
                 (of_first, others) = (Some(found.answer), found.others);
                 (found.last, found.steps, found.fretting)
             });
         }
         let looks = by_first.is_none() && look.is_none();
-        let mut statics = if looks { Statics::new(case, &local, &multigrid) } else { Statics::none() };
-        let Marched { mut found, mut steps, mut fretting, mut remarks } = match by_first {
+        let Marched { mut found, mut steps, mut fretting, mut remarks, escape, mut sliding } = match by_first {
             Some((mut found, steps, fretting)) => {
                 let t = steps.last().map_or(end(case), |step| step.t);
                 let remarks = look_at(case, (&local, multigrid.motions()), &mut None, &mut found, t)?;
-                Marched { found, steps, fretting, remarks }
+                Marched { found, steps, fretting, remarks, escape: None, sliding: None }
             }
             None => {
                 let start = start.map(|start| start.displacements(&local)).or(nested);
                 let each = (kept.as_mut(), look.as_deref_mut());
-                march(case, (&mut local, &mut multigrid, own), (settings, start, &mut statics), each, observer)?
+                march(case, (&mut local, &mut multigrid, own), (settings, start, looks), each, observer)?
             }
         };
         let unsolved = matches!(found.solution.status, Status::Stalled | Status::MaxIterations);
-        if unsolved && looks && !asked && unknowns(&local) <= small::MOST_UNKNOWNS {
-            let tried = small::by_first(case, &mut local, &mut multigrid, kept.as_mut(), observer)?;
-            sliding = tried.sliding;
-            if let Some(mut other) = tried.found {
-                other.answer.counts.cycles += found.solution.counts.cycles;
-                (found, steps, fretting) = (other.last, other.steps, other.fretting);
-                of_first = Some(other.answer);
-                let t = steps.last().map_or(end(case), |step| step.t);
-                remarks = look_at(case, (&local, multigrid.motions()), &mut None, &mut found, t)?;
-            }
+        if unsolved
+            && looks
+            && !asked
+            && unknowns(&local) <= small::MOST_UNKNOWNS
+            && let Some(mut other) = small::by_first(case, &mut local, &mut multigrid, kept.as_mut(), observer)?
+        {
+            other.answer.counts.cycles += found.solution.counts.cycles;
+            (found, steps, fretting, sliding) = (other.last, other.steps, other.fretting, None);
+            of_first = Some(other.answer);
+            let t = steps.last().map_or(end(case), |step| step.t);
+            remarks = look_at(case, (&local, multigrid.motions()), &mut None, &mut found, t)?;
         }
-        let escape = statics.escape.filter(|_| found.solution.status == Status::NoEquilibrium);
+        let escape = escape.filter(|_| found.solution.status == Status::NoEquilibrium);
         if escape.is_some() {
             remarks = Remarks { micromotions: remarks.micromotions, ..Remarks::default() };
         }
@@ -274,7 +272,7 @@ impl Begun {
         let t = steps.last().map_or(end(case), |step| step.t);
         let mut answer = record::answer(case, (&local, &multigrid), &found, &remarks, &tractions, t);
         answer.escape_mode = escape.as_ref().map(|escape: &Escape| escape.motion.clone());
-        answer.sliding = sliding.filter(|_| matches!(answer.status, Status::Stalled | Status::MaxIterations));
+        answer.sliding = sliding;
         if let Some(last) = steps.last_mut() {
             (last.answer.escape_mode, last.answer.sliding) = (answer.escape_mode.clone(), answer.sliding.clone());
         }
@@ -370,13 +368,18 @@ pub(super) struct Marched {
     steps: Vec<StepRecord>,
     fretting: Fretting,
     remarks: Remarks,
+    /// How loads without equilibrium carry a body away in the last increment.
+    escape: Option<Escape>,
+    /// Where it is not solved, and friction may have reached its limit.
+    sliding: Option<SlidingRecord>,
 }
 
-/// Solves the increments of all load steps, or without steps what acts at once.
+/// Solves the increments of all load steps, or without steps what acts at once. Before each statics looks for an equilibrium, if `looks`
+/// says so.
 pub(super) fn march(
     case: &Case,
     (local, multigrid, own): (&mut Local, &mut Multigrid, ContactProblem),
-    (settings, start, statics): (friction::Settings, Option<Vec<f64>>, &mut Statics),
+    (settings, start, looks): (friction::Settings, Option<Vec<f64>>, bool),
     (mut kept, mut look): (Option<&mut Kept>, Option<&mut Look>),
     observer: &mut Watch<Progress>,
 ) -> Result<Marched, Error> {
@@ -403,7 +406,8 @@ pub(super) fn march(
         let t = span.map_or(end(case), |[_, t]| t);
         let targets = solver.local.bolts.iter().map(|b| b.bolt.target(march.at.step, t)).collect::<Result<Vec<_>, _>>();
         let mut targets = agree(&*ranks, targets)?;
-        let departs = statics.departs(&*ranks, &targets, t);
+        let escape = if looks { solver.escape(&march, &targets, t)? } else { None };
+        let departs = escape.is_some();
         if departs {
             // No search ends where nothing bears the forces: bolts stay as short as they are.
             for (target, &s) in targets.iter_mut().zip(&march.shortening) {
@@ -429,7 +433,10 @@ pub(super) fn march(
         let (before, tolerance) = (march.answers.last().map(|answer| &answer.u[..]), solver.settings.tolerance);
         move_back(solver.local, solver.multigrid.motions(), before, tolerance, &mut found);
         let remarks = look_at(case, (solver.local, solver.multigrid.motions()), &mut march.moved, &mut found, t)?;
-        let Some([begin, t]) = span else { return Ok(Marched { found, steps, fretting: march.fretting, remarks }) };
+        let beyond = solver.limit_load(&march, &found);
+        let Some([begin, t]) = span else {
+            return Ok(Marched { found, steps, fretting: march.fretting, remarks, escape, sliding: beyond });
+        };
         let solved = found.solution.status == Status::Solved;
         look.as_mut().map_or(Ok(()), |look| look(solver.local, &found, t))?;
         let tractions = tractions(solver.local, &found.everywhere.free, &found.everywhere.lambda);
@@ -452,7 +459,7 @@ pub(super) fn march(
             kept.add((solver.local, case), (free, lambda, states), (&steps, &march.fretting), march.at)?;
         }
         if !solved || march.at.span(&case.steps).is_none() {
-            return Ok(Marched { found, steps, fretting: march.fretting, remarks });
+            return Ok(Marched { found, steps, fretting: march.fretting, remarks, escape, sliding: beyond });
         }
         march.slid = sliding(solver.local, &found.everywhere.free);
         march.lost.clone_from(&solver.local.timed.lost);

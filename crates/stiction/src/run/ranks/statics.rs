@@ -1,63 +1,38 @@
-//! Loads that have no equilibrium: rank 0 poses the case alone, if it is small enough, and says so by statics before anything is iterated.
+//! Loads that have no equilibrium, which every rank finds by statics before anything is iterated, and loads that friction does not take up: from the
+//! contact points of all ranks.
 
+use super::bolts;
 use super::local::Local;
-use super::small::MOST_UNKNOWNS;
-use super::solve::unknowns;
-use super::timed::is_brittle;
-use crate::contact::escape::Escape;
-use crate::friction::{Multigrid, Status};
-use crate::io::case::Case;
-use crate::ranks::{Ranks, broadcast, max};
+use super::loose::among;
+use crate::contact::ContactProblem;
+use crate::contact::equilibrium::in_words_among;
+use crate::contact::escape::{Escape, escape_among};
+use crate::contact::sliding::Sliding;
+use crate::friction::Multigrid;
 use crate::run::pose::bolts::Target;
-use crate::run::pose::load_state::{apply, load_state};
-use crate::run::pose::{Prepared, prepare};
-use crate::run::solve::clearance::escape_of_bolts;
-use crate::run::solve::escape;
+use crate::run::solve::SlidingRecord;
+use crate::run::solve::path::is_worth_a_word;
 
-/// What statics says of a case.
-pub(super) struct Statics {
-    /// Whether rank 0 looks, the same on every rank.
-    looks: bool,
-    /// On rank 0.
-    prepared: Option<Box<Prepared>>,
-    /// What the loads carry away, and how, where they were found last to have no equilibrium.
-    pub escape: Option<Escape>,
+/// How the loads that the problem has carry away a body, or the parts of bolts of which `targets` are prescribed, where nothing balances them; the
+/// same on every rank. `own` is the problem of the points of this rank. No bolt is shortened.
+pub(super) fn escape(
+    local: &Local,
+    (multigrid, own): (&Multigrid, &ContactProblem),
+    targets: &[Target],
+) -> Option<Escape> {
+    if let Some(slide) = multigrid.no_equilibrium(own).filter(|_| !multigrid.motions().is_empty()) {
+        return Some(among(local, |among| escape_among(&local.problem, multigrid.motions(), &slide, among)));
+    }
+    bolts::escape(local, (multigrid, own), targets)
 }
 
-impl Statics {
-    /// Every rank calls it; where contact alone holds no body and no bolt is tightened by force there is nothing to look for.
-    pub(super) fn new(case: &Case, local: &Local, multigrid: &Multigrid) -> Self {
-        let ranks = &*local.division.ranks;
-        let mut floats = [f64::from(u8::from(!multigrid.motions().is_empty()))];
-        max(ranks, &mut floats);
-        let by_force = local.bolts.iter().any(|bolt| bolt.bolt.is_by_force());
-        // What strength is left rank 0 does not know.
-        let looks = (floats[0] > 0.0 || by_force) && !is_brittle(case) && unknowns(local) <= MOST_UNKNOWNS;
-        let prepared = if looks && ranks.rank() == 0 { prepare(case).ok().map(Box::new) } else { None };
-        Statics { looks, prepared, escape: None }
-    }
-
-    /// One that does not look.
-    pub(super) fn none() -> Self {
-        Statics { looks: false, prepared: None, escape: None }
-    }
-
-    /// Whether the loads at time `t`, where `targets` are prescribed of the bolts, have no equilibrium, the same on every rank.
-    pub(super) fn departs(&mut self, ranks: &dyn Ranks, targets: &[Target], t: f64) -> bool {
-        if !self.looks {
-            return false;
-        }
-        let found = self.prepared.as_mut().and_then(|prepared| at(prepared, targets, t));
-        let found = serde_json::to_vec(&found).unwrap_or_default();
-        self.escape = serde_json::from_slice(&broadcast(ranks, found)).unwrap_or_default();
-        self.escape.is_some()
-    }
-}
-
-fn at(prepared: &mut Prepared, targets: &[Target], t: f64) -> Option<Escape> {
-    // What cannot be had at that time the ranks say themselves.
-    let loads = load_state(prepared, t).ok()?;
-    let unslid = vec![0.0; 2 * prepared.problem.points()];
-    apply(prepared, &loads, &unslid);
-    escape(&prepared.problem, Status::NoEquilibrium).or_else(|| escape_of_bolts(prepared, targets))
+/// How friction at the multipliers of the points of this rank, `3m`, is overcome; the same on every rank.
+pub(super) fn limit_load(
+    local: &Local,
+    (multigrid, own): (&Multigrid, &ContactProblem),
+    lambda: &[f64],
+) -> Option<SlidingRecord> {
+    let Sliding { alpha, load, friction } = multigrid.least_resisted(own, lambda).filter(is_worth_a_word)?;
+    let motion = among(local, |among| in_words_among(&local.problem, multigrid.motions(), &alpha, among.max));
+    Some(SlidingRecord { motion, load, friction })
 }

@@ -10,9 +10,10 @@ use super::outside::moved;
 use super::solve::{Everywhere, everywhere};
 use super::steps::{put_state, slid};
 use super::timed::{changes_laws, lose_strength, note_where_it_stands};
-use super::{bolts, energy, scope};
+use super::{bolts, energy, scope, statics};
 use crate::Error;
 use crate::certificate::{certify_divided, ghost_values};
+use crate::contact::escape::Escape;
 use crate::contact::{ContactProblem, Moved};
 use crate::fem::full_displacement;
 use crate::friction::{self, Counts, Multigrid, Progress, Solution, SolverPath, Status};
@@ -22,10 +23,10 @@ use crate::ranks::{agree, max, sum};
 use crate::run::pose::axis::Position;
 use crate::run::pose::bolts::Target;
 use crate::run::results::Fretting;
-use crate::run::solve::StepRecord;
 use crate::run::solve::balance::BodyState;
 use crate::run::solve::bolts::BoltSearch;
 use crate::run::solve::extrapolation::{KEPT, extrapolated, weights};
+use crate::run::solve::{SlidingRecord, StepRecord};
 
 /// Where the march stands.
 pub(super) struct March {
@@ -206,6 +207,34 @@ impl Solver<'_, '_> {
             let growth = search.growth();
             from = Some(found.free.iter().map(|u| growth * u).collect());
         }
+    }
+
+    /// How the loads at time `t` carry away a body or what bolts hold, see [`statics::escape`].
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub(super) fn escape(&mut self, march: &March, targets: &[Target], t: f64) -> Result<Option<Escape>, Error> {
+        let by_force = self.local.bolts.iter().any(|bolt| bolt.bolt.is_by_force());
+        if self.multigrid.motions().is_empty() && !by_force {
+            return Ok(None);
+        }
+        self.local.timed.lost.clone_from(&march.lost);
+        self.put(t, &march.slid, &vec![0.0; self.local.bolts.len()])?;
+        Ok(statics::escape(self.local, (self.multigrid, &self.own), targets))
+    }
+
+    /// What friction resists at the normal forces of the last step that was solved, or without one at those found, where nothing is solved.
+    pub(super) fn limit_load(&self, march: &March, found: &Found) -> Option<SlidingRecord> {
+        if !matches!(found.solution.status, Status::Stalled | Status::MaxIterations) {
+            return None;
+        }
+        let (before, m) = (&march.body.lambda, self.local.problem.points());
+        let own = self.multigrid.own_points();
+        let of_own = |all: &[f64]| (0..3).flat_map(|r| own.iter().map(move |&j| all[r * m + j as usize])).collect();
+        let mut solved = [before.iter().fold(0.0, |most: f64, force| most.max(force.abs()))];
+        max(&*self.local.division.ranks, &mut solved);
+        let lambda: Vec<f64> = if solved[0] > 0.0 { of_own(before) } else { found.solution.lambda.clone() };
+        statics::limit_load(self.local, (self.multigrid, &self.own), &lambda)
     }
 
     /// The sum of the sizes of all loads, force.

@@ -132,8 +132,13 @@ pub(crate) fn escape_of_bolts(prepared: &Prepared, targets: &[Target]) -> Option
         return None;
     }
     let way = departs_along(problem, motions, &slices, &pull)?;
+    in_words(&names, &way)
+}
+
+/// How the parts of bolts with these names go along their axes.
+pub(crate) fn in_words(names: &[&String], way: &[f64]) -> Option<Escape> {
     let (first, way) = names.iter().zip(way).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-    let (fact, remedy) = if way > 0.0 {
+    let (fact, remedy) = if *way > 0.0 {
         (
             "they come together: nothing that is held lies between them",
             "see to the contacts under its head and its nut, or tighten it by `shortening` first",

@@ -14,7 +14,7 @@ pub(in crate::run) mod free_motions;
 mod levels;
 pub(crate) mod nested;
 pub(super) mod passing;
-mod path;
+pub(super) mod path;
 pub(super) mod quantities;
 mod record;
 mod solutions;

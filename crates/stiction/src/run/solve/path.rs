@@ -373,8 +373,12 @@ pub(crate) fn sliding(prepared: &Prepared, status: Status, lambda: &[f64]) -> Op
     if !matches!(status, Status::Stalled | Status::MaxIterations) {
         return None;
     }
-    let found = least_resisted(&prepared.problem, &prepared.motions, lambda)?;
-    (found.load >= NEARLY * found.friction).then_some(found)
+    least_resisted(&prepared.problem, &prepared.motions, lambda).filter(is_worth_a_word)
+}
+
+/// Whether the loads come near to what friction takes up.
+pub(crate) fn is_worth_a_word(found: &Sliding) -> bool {
+    found.load >= NEARLY * found.friction
 }
 
 /// Looks for further solutions, if the settings ask for it. Where the first start has found none, that of another one is
