@@ -318,3 +318,30 @@ fn what_facets_alone_hold_is_named_on_ranks_as_on_one() {
         }
     }
 }
+
+/// Every rank knows the contact points of all: statics is not left to rank 0, which does not pose what is as large as this.
+#[test]
+fn statics_says_on_ranks_what_it_says_on_one_at_any_size() {
+    let large = |load: &str, law: &str| {
+        format!(
+            "[mesh.parts.a]\nblock = {{ size = [3, 1, 1], cells = [33, 12, 12], element = \"hex8\" }}\n\
+             [mesh.parts.b]\nblock = {{ size = [3, 1, 0.5], cells = [31, 11, 6], element = \"hex8\", origin = [0, 0, -0.5] }}\n\
+             [materials.steel]\nyoung = 2e11\npoisson = 0.3\n[[fix]]\non = \"b.z-min\"\n\
+             [[load]]\non = \"a.z-max\"\ntraction = {load}\n\
+             [[contact]]\non = \"a.z-min\"\nagainst = \"b.z-max\"\nfriction = {law}\n"
+        )
+    };
+    let coulomb = "{ coulomb = 0.35 }";
+    // Pushed along and lifted off.
+    let (said, found) = says_the_same(&large("[5e5, 0, -1e6]", coulomb), &[1, 3]);
+    has(&said, &["translation along x", "it slides", "friction holds at most 0.35 x 3e6"]);
+    assert!(found.answer.status == Status::NoEquilibrium && found.answer.dofs > 20_000, "{found}");
+    let (said, _) = says_the_same(&large("[0, 0, 1e6]", coulomb), &[3]);
+    has(&said, &["it lifts off", "translation along z"]);
+    // Where the axis is differs by rounding.
+    let turned = on_ranks(&case_of(&large("[0, \"-3e6*(x - 1.5)\", -1e6]", coulomb), "1e-8"), 2).1;
+    has(
+        &turned.to_string(),
+        &["rotation about the axis along (0, 0, -1)", "it slides: none of its 442 contact points"],
+    );
+}
