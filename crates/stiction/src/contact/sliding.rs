@@ -44,7 +44,7 @@ pub fn least_resisted(problem: &ContactProblem, motions: &RigidMotions, lambda: 
     let load = motions.work(&problem.elastic.f);
     let largest = |alpha: &[f64]| largest_displacement(problem, motions, alpha);
     let bearing = Bearing::of(problem, &jumps);
-    least_resisted_of((&bearing, motions), (lambda, &load), (problem.contact.B.max_abs(), &largest), &Among::ALONE)
+    least_resisted_of((&bearing, motions), (lambda, &load), problem.contact.B.max_abs(), &largest, &Among::ALONE)
 }
 
 /// The same of these points and the work of the loads on the motions, on every rank: `scale` is the largest entry of the rows here, `largest` the
@@ -52,7 +52,8 @@ pub fn least_resisted(problem: &ContactProblem, motions: &RigidMotions, lambda: 
 pub(crate) fn least_resisted_of(
     (bearing, motions): (&Bearing, &RigidMotions),
     (lambda, load): (&[f64], &[f64]),
-    (scale, largest): (f64, &dyn Fn(&[f64]) -> f64),
+    scale: f64,
+    largest: &dyn Fn(&[f64]) -> f64,
     among: &Among,
 ) -> Option<Sliding> {
     let (m, jumps, laws) = (bearing.friction.len(), bearing.jumps, bearing.friction);

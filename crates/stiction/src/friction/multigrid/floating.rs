@@ -216,7 +216,7 @@ impl Multigrid {
         // Each rank has all rows: nothing is added up.
         let among = Among { max: &|values| halo.max(values), ..Among::ALONE };
         let scale = problem.contact.B.max_abs();
-        least_resisted_of((&bearing, motions), (&lambda, &load), (scale, &largest), &among)
+        least_resisted_of((&bearing, motions), (&lambda, &load), scale, &largest, &among)
     }
 
     /// Of the foundation at the points of this rank, force per length.

@@ -57,11 +57,10 @@ impl SideHere {
 
 /// The surfaces of each pair, the other one's after that of its points. All ranks ask together.
 pub(super) fn sides(answer: &RankedAnswer) -> Vec<SideHere> {
-    let Local { signs, between_bodies, .. } = &answer.local;
     let mut all = Vec::new();
-    for pair in 0..signs.len() {
+    for (pair, between_bodies) in answer.local.between_bodies.iter().enumerate() {
         all.push(slave(answer, pair));
-        if between_bodies[pair] {
+        if *between_bodies {
             all.push(master(answer, pair));
         }
     }
