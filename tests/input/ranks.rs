@@ -51,7 +51,6 @@ fn what_ranks_cannot_do_is_refused_by_name_at_its_place() {
             floor("stiffness = { normal = 1e12 }\n[accuracy]\nenergy = \"10%\"\n"),
             "[accuracy] with an interface that yields",
         ),
-        (format!("{BODY}{FLOOR}friction = \"none\"\nwear = 1e-9\n{STEPS}"), "wear"),
     ];
     for (text, what) in cases {
         let error = refused(&text, 3);

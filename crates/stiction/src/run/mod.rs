@@ -21,17 +21,16 @@ pub use pose::{
 #[cfg(feature = "report")]
 pub use ranks::write_report;
 pub use ranks::{
-    ForPeople, Keep, RankRecord, RankedAnswer, RanksRecord, Written, case_of_deck, check, solve_on_ranks,
-    solve_steps_on_ranks, write_on_ranks,
+    ForPeople, Keep, RankedAnswer, Written, case_of_deck, check, solve_on_ranks, solve_steps_on_ranks, write_on_ranks,
 };
 pub use refine::{Indicators, Level, Levels, Sequence, SolvedLevel, solve_to_accuracy};
 #[cfg(feature = "report")]
 pub use results::write_report_on;
 pub use results::{
-    Ahead, BodyFields, Checked, CheckedStep, FORMAT, FrettingRecord, Origin, REPORT, Report, Row, SUMS, Side,
-    StepFiles, Summary, SurfaceFields, Versions, begin_steps, body_fields, ended_short, keep_step, level_line,
-    limit_load, passes_through, phase_name, report, solve_writing, summary, surface_fields, uniqueness, widened_before,
-    writable, write, write_with,
+    Ahead, BodyFields, Checked, CheckedStep, FORMAT, FrettingRecord, Origin, REPORT, RankRecord, RanksRecord, Report,
+    Row, SUMS, Side, StepFiles, Summary, SurfaceFields, Versions, begin_steps, body_fields, ended_short, keep_step,
+    level_line, limit_load, passes_through, phase_name, report, solve_writing, summary, surface_fields, uniqueness,
+    widened_before, writable, write, write_with,
 };
 pub use solve::{
     AccuracyRecord, AnswerRecord, AttemptRecord, Balance, BalanceRecord, BodyRecord, BoltState, BoundRecord,

@@ -53,6 +53,5 @@ pub use deck::case_of_deck;
 pub use keep::Keep;
 #[cfg(feature = "report")]
 pub use page::write_report;
-pub use record::{RankRecord, RanksRecord};
 pub use solve::{RankedAnswer, solve_on_ranks, solve_steps_on_ranks};
 pub use write::{ForPeople, Written, write_on_ranks};

@@ -17,6 +17,7 @@ mod kept;
 mod level_file;
 mod masters;
 mod method_text;
+mod of_ranks;
 pub(super) mod overlap_text;
 #[cfg(feature = "report")]
 pub(super) mod page;
@@ -43,6 +44,7 @@ pub use fretting::FrettingRecord;
 pub(super) use fretting::{FIGURES, Fretting, PointHistory, PointStep, tension_along};
 pub(super) use level_file::{LEVELS, keep_levels, kept_levels, problem_fingerprint, remove_levels};
 pub use masters::pair_fields as surface_fields;
+pub use of_ranks::{RankRecord, RanksRecord};
 #[cfg(feature = "report")]
 pub use page::write_report_on;
 pub use report::{Report, ended_short, limit_load, passes_through, report, uniqueness};

@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 use super::facts_text::problem_rows;
 use super::fretting::FrettingRecord;
 use super::json;
+use super::of_ranks::RanksRecord;
 use super::report::report;
 use super::rows::Row;
 use super::write::Origin;
 use crate::Error;
 use crate::run::pose::Prepared;
-use crate::run::ranks::RanksRecord;
 use crate::run::solve::quantities::load;
 use crate::run::solve::{AccuracyRecord, AnswerRecord, BalanceRecord, BoundRecord, Outcome, StepRecord};
 

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::record::{Named, or_nan};
+use super::named::Named;
+use super::record::or_nan;
 
 /// How accurate the answer of the last mesh is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

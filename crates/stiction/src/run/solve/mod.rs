@@ -12,6 +12,7 @@ mod discretisation;
 pub(super) mod extrapolation;
 pub(in crate::run) mod free_motions;
 mod levels;
+mod named;
 pub(crate) mod nested;
 pub(super) mod passing;
 pub(super) mod path;
@@ -33,11 +34,12 @@ pub use couplings::{CouplingState, coupling_states};
 pub use discretisation::discretisation_error;
 pub(in crate::run) use levels::LARGEST_PRESSURE;
 pub use levels::{AccuracyRecord, GoalRecord, LevelRecord, ValueRecord};
+pub use named::Named;
 pub use passing::widened;
 pub use path::{Event, Outcome, Settings, StepLine, solve};
 pub use quantities::{escape, escape_of};
 pub use record::{
-    AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, Named, OverlapName,
+    AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, OverlapName,
     OverlapRecord, PairRecord, PartRecord, SlidingRecord, StepRecord,
 };
 pub(super) use record::{Whereabouts, or_infinite, seconds, word};
