@@ -118,7 +118,7 @@ pub fn write_on_ranks(
     take_cost(&mut answer.summary.answer, &of_all(&answer.seconds, ranks), ranks);
     let (overrides, command) = (origin.overrides(), origin.command.clone());
     let summary = Summary { pictures: pictures.clone(), overrides, command, ..answer.summary.clone() };
-    let finish = || -> Result<(), Error> {
+    let finish = || -> Result<Vec<String>, Error> {
         let pieces = [("result.pvtu", named("result", 0), &body), ("contact.pvtu", named("contact", 1), &surface)];
         for (name, pieces, fields) in pieces {
             write_pieces(&folder.join(name), &pieces, &fields.point_arrays(), &fields.cell_arrays())?;
@@ -147,13 +147,11 @@ pub fn write_on_ranks(
         sums.extend(sums::of_files(folder, &of_steps)?);
         sums.insert(SUMMARY.into(), checksum::of_text(&text));
         sums::write(folder, &sums)?;
-        folder::write_text_durably(&folder.join(SUMMARY), &text)
+        folder::write_text_durably(&folder.join(SUMMARY), &text)?;
+        Ok(others)
     };
-    agree(ranks, if first { finish() } else { Ok(()) })?;
-    let mut files = [SUMMARY, "result.pvtu", "contact.pvtu"].map(String::from).to_vec();
-    let has = |name: &&str| folder.join(name).exists();
-    files.extend([CONTACT_CSV, OBSTACLES, CASE].iter().filter(|name| first && has(name)).map(|name| name.to_string()));
-    files.extend(pictures);
+    let others = agree(ranks, if first { finish() } else { Ok(Vec::new()) })?;
+    let mut files = [vec![SUMMARY.to_string()], others].concat();
     let report = shown.filter(|_| wanted.report).map(|shown| shown.write_report(&summary, folder));
     files.extend(report.as_ref().filter(|report| report.is_ok()).map(|_| REPORT.to_string()));
     Ok(Written { files, without_report: report.and_then(Result::err) })
