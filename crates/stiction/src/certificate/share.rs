@@ -91,9 +91,7 @@ impl<'a> Share<'a> {
     pub(super) fn border(&self, problem: &ContactProblem) -> Border<'a> {
         let Some(division) = self.division else { return Border::default() };
         let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
-        let mut names = Names::of(division.global.len());
-        let name = |&label: &u32| names.next(0, label, division.global[label as usize]);
-        let names: Vec<Name> = labels.iter().map(name).collect();
+        let names = names_of_unknowns(division, labels);
         let mut reached: Vec<usize> = Vec::new();
         for j in (0..problem.points()).filter(|&j| self.has_point(j)) {
             for i in problem.rows(j) {
@@ -110,7 +108,7 @@ impl<'a> Share<'a> {
         let wanted: Vec<Vec<Name>> = all_to_all(ranks, asked.collect()).iter().map(|bytes| from_bytes(bytes)).collect();
         let mut place: HashMap<Name, usize> = wanted.iter().flatten().map(|name| (*name, usize::MAX)).collect();
         for (i, name) in names.iter().enumerate().filter(|(i, _)| self.has_unknown(*i)) {
-            place.entry(*name).and_modify(|place| *place = i);
+            place.get_mut(name).into_iter().for_each(|place| *place = i);
         }
         let own = wanted.iter().map(|list| list.iter().map(|name| place[name]).collect()).collect();
         Border { division: Some(division), others, own }
@@ -158,8 +156,7 @@ pub(crate) fn fetched(
     let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
     let global = |label: u32| division.global[label as usize];
     // The unknowns of a node, and its points, are named by their order at the node: it is the same on every rank.
-    let mut of_unknown = Names::of(division.global.len());
-    let unknowns: Vec<Name> = labels.iter().map(|&label| of_unknown.next(0, label, global(label))).collect();
+    let unknowns = names_of_unknowns(division, labels);
     let nodes = &division.points;
     let mut points: Vec<Name> = Vec::with_capacity(nodes.len());
     for (number, pair) in problem.labels.pairs.iter().enumerate() {
@@ -209,6 +206,11 @@ pub(crate) fn fetched(
 /// Zero for an unknown and one more than the number of its pair for a point, the number of its node among those of all ranks,
 /// and which of the node's own it is.
 type Name = [u64; 3];
+
+fn names_of_unknowns(division: &Division, labels: &[u32]) -> Vec<Name> {
+    let mut names = Names::of(division.global.len());
+    labels.iter().map(|&label| names.next(0, label, division.global[label as usize])).collect()
+}
 
 /// Counts what has been named at each node here.
 struct Names(Vec<u8>);
