@@ -78,6 +78,25 @@ fn friction_of_all(halo: &Halo, problem: &ContactProblem) -> Vec<Friction> {
     (0..m).map(|j| Friction::of_numbers([0, 1, 2, 3].map(|c| laws[c * m + j]))).collect()
 }
 
+/// What statics asks of the points of all ranks, see [`Bearing`].
+struct AllPoints {
+    jumps: Csr,
+    friction: Vec<Friction>,
+    out: Vec<u32>,
+}
+
+impl AllPoints {
+    /// From the jumps at the points of this rank.
+    fn new(halo: &Halo, problem: &ContactProblem, jumps: Csr) -> Self {
+        let (friction, out) = (friction_of_all(halo, problem), out_of_all(halo, problem));
+        AllPoints { jumps: rows_of_all_points(halo, jumps), friction, out }
+    }
+
+    fn bearing(&self) -> Bearing<'_> {
+        Bearing { jumps: &self.jumps, friction: &self.friction, out: &self.out }
+    }
+}
+
 /// The points of all ranks that take no part.
 fn out_of_all(halo: &Halo, problem: &ContactProblem) -> Vec<u32> {
     let mut flags = vec![0.0; problem.points()];
@@ -161,10 +180,8 @@ impl Multigrid {
         if load.iter().all(|&work| work == 0.0) {
             return None;
         }
-        let jumps = rows_of_all_points(halo, motions.jumps(&problem.isotropic_rows()));
-        let (friction, out) = (friction_of_all(halo, problem), out_of_all(halo, problem));
-        let terms = work_size(problem, transformed, motions);
-        no_equilibrium_of(&Bearing { jumps: &jumps, friction: &friction, out: &out }, motions, (&load, terms))
+        let all = AllPoints::new(halo, problem, motions.jumps(&problem.isotropic_rows()));
+        no_equilibrium_of(&all.bearing(), motions, (&load, work_size(problem, transformed, motions)))
     }
 
     /// As [`departs_along`](crate::contact::equilibrium::departs_along), likewise; `slices` are displacements of all unknowns here.
@@ -196,9 +213,8 @@ impl Multigrid {
             terms += (size + pull.abs()) / length;
             of_slices.push(rows.times(slice).iter().map(|jump| jump / length).collect());
         }
-        let jumps = rows_of_all_points(halo, motions.jumps(&rows).beside(&of_slices));
-        let (friction, out) = (friction_of_all(halo, problem), out_of_all(halo, problem));
-        departs_along_of(&Bearing { jumps: &jumps, friction: &friction, out: &out }, (&load, terms), slices.len())
+        let all = AllPoints::new(halo, problem, motions.jumps(&rows).beside(&of_slices));
+        departs_along_of(&all.bearing(), (&load, terms), slices.len())
     }
 
     /// As [`least_resisted`] at the multipliers of the points of this rank, `3m`, newton.
@@ -209,14 +225,12 @@ impl Multigrid {
             return least_resisted(problem, motions, lambda);
         }
         let (load, lambda) = (resultant(problem, transformed, motions), of_all_points(halo, 3, lambda));
-        let jumps = rows_of_all_points(halo, motions.jumps(&problem.isotropic_rows()));
-        let (friction, out) = (friction_of_all(halo, problem), out_of_all(halo, problem));
-        let bearing = Bearing { jumps: &jumps, friction: &friction, out: &out };
+        let all = AllPoints::new(halo, problem, motions.jumps(&problem.isotropic_rows()));
         let largest = |alpha: &[f64]| largest_displacement(problem, motions, alpha);
         // Each rank has all rows: nothing is added up.
         let among = Among { max: &|values| halo.max(values), ..Among::ALONE };
         let scale = problem.contact.B.max_abs();
-        least_resisted_of((&bearing, motions), (&lambda, &load), scale, &largest, &among)
+        least_resisted_of((&all.bearing(), motions), (&lambda, &load), scale, &largest, &among)
     }
 
     /// Of the foundation at the points of this rank, force per length.
