@@ -107,6 +107,7 @@ pub(super) fn at_rest(local: &Local) -> BodyState {
 /// The body here after the step from `before` to an answer at time `t`, with the balance of all ranks.
 pub(super) fn after(local: &Local, before: &mut BodyState, answer: &Everywhere, t: f64) -> BodyState {
     let loads = state(local, t);
+    // What was before is that of all ranks, and is added once.
     let Balance { work, dissipation, .. } = std::mem::take(&mut before.balance);
     let Everywhere { free, lambda, .. } = answer;
     let here = counted(local, |own| balance(&local.problem, before, &loads, free, lambda, own));

@@ -141,7 +141,8 @@ impl Team<'_, '_> {
         };
         agree(ranks, settled)?;
         let memory = self.memory();
-        let (iterations, energy) = (iterations(&answer.summary), answer.summary.answer.energy);
+        let (iterations, energy) =
+            (iterations(&answer.summary.answer, &answer.summary.steps), answer.summary.answer.energy);
         if is_taken {
             self.answer = Some(answer);
         }

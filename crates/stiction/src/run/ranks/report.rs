@@ -16,7 +16,7 @@ use crate::run::results::report::{
 };
 use crate::run::results::{Row, Rows, Summary, accuracy_rows, ended_short, print, smallness_text};
 use crate::run::solve::quantities::Couple;
-use crate::run::solve::{AccuracyRecord, AnswerRecord};
+use crate::run::solve::{AccuracyRecord, AnswerRecord, StepRecord};
 
 /// What is known of an answer beside its summary.
 pub(super) struct Known<'a> {
@@ -36,7 +36,7 @@ pub(super) fn rows(case: &Case, summary: &Summary, known: Known) -> Vec<Row> {
     let mut rows = Rows::default();
     let (answer, steps) = (&summary.answer, &summary.steps);
     let found_by_first = summary.found_by_first();
-    let all = iterations(summary);
+    let all = iterations(answer, steps);
     rows.add("status", status(answer.status, all));
     limit_row(&mut rows, answer.status);
     if found_by_first {
@@ -100,11 +100,8 @@ pub(super) fn take_accuracy(summary: &mut Summary, error: Option<f64>, accuracy:
 }
 
 /// Cycles or iterations of all load steps, or of the only answer.
-pub(super) fn iterations(summary: &Summary) -> usize {
-    match summary.steps.is_empty() {
-        true => summary.answer.counts.steps(),
-        false => summary.steps.iter().map(|step| step.answer.counts.steps()).sum(),
-    }
+pub(super) fn iterations(answer: &AnswerRecord, steps: &[StepRecord]) -> usize {
+    if steps.is_empty() { answer.counts.steps() } else { steps.iter().map(|step| step.answer.counts.steps()).sum() }
 }
 
 /// What is to be said of surfaces that lie in each other.

@@ -12,7 +12,7 @@ use super::local::{Local, local};
 use super::loose::move_back;
 use super::refine::refined;
 use super::remarks::{Remarks, couples, largest_displacement, look as look_at};
-use super::report::{Known, rows};
+use super::report::{Known, iterations, rows};
 use super::share::Share;
 use super::steps::slid as sliding;
 use super::tighten::{Answer, Found, March, Solver};
@@ -280,7 +280,8 @@ impl Begun {
         let (couples, displacement) = (couples(&local, &found), largest_displacement(&local, &found));
         seconds.iteration = lap();
         let traffic = since(before, counted.traffic());
-        let parts = RanksRecord { found_by_first, ..parts(&local, &multigrid, cycles(&answer, &steps), traffic) };
+        let parts =
+            RanksRecord { found_by_first, ..parts(&local, &multigrid, iterations(&answer, &steps).max(1), traffic) };
         let step = steps.last().and_then(|last| case.steps.iter().position(|step| step.name == last.name));
         let targets = local.bolts.iter().filter_map(|bolt| bolt.bolt.target(step.unwrap_or(0), t).ok()).collect();
         let mut summary = Summary {
@@ -551,12 +552,6 @@ pub(super) fn axes(local: &Local, j: usize) -> (u32, [V3; 3]) {
         }
     }
     (dofs.mesh_node(node), axes)
-}
-
-/// Cycles of all load steps, or of the only answer; at least one.
-fn cycles(answer: &AnswerRecord, steps: &[StepRecord]) -> usize {
-    let of_steps: usize = steps.iter().map(|step| step.answer.counts.steps()).sum();
-    of_steps.max(answer.counts.steps()).max(1)
 }
 
 /// What the ranks have had and sent in so many cycles.
