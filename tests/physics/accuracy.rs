@@ -260,6 +260,7 @@ fn what_is_read_of_a_curved_fit_lies_within_its_bars() {
         ("contact area", area),
         ("mean pressure", pressure),
         ("largest displacement", (pressure * outside).hypot(along)),
+        ("energy", 0.5 * pressure * 0.06 * area),
     ];
     for (cells, elements, slave, goal) in [
         (6, ["hex8", "hex8"], "against", 0.03),
@@ -275,6 +276,49 @@ fn what_is_read_of_a_curved_fit_lies_within_its_bars() {
             let told = format!("{cells} {elements:?} {slave} {goal}: {name} {value} within {bar}, {exact}");
             assert!((value - exact).abs() <= bar && bar < 0.02 * exact, "{told}");
         }
+    }
+}
+
+/// A fit that slides from its ends: friction holds a sleeve of aluminium that is pressed together against the steel around it. With two cells
+/// along the axis slip has reached the end nodes alone, and the friction that sticking nodes beside them leave is three quarters of what is missing.
+/// Fixed meshes of 4 x 6 x 12, 4 x 6 x 24 and 4 x 4 x 48 hexahedra of second order, finer towards the ends, have 940.0, 951.8 and 954.9.
+#[test]
+fn friction_where_the_edge_of_slip_is_not_resolved_lies_within_its_bar() {
+    let ring = |name: &str, radii: [f64; 2], cells: [usize; 3]| {
+        format!(
+            "[mesh.parts.{name}]\nring = {{ radii = {radii:?}, height = 10, degrees = 90, cells = {cells:?}, element = \"hex8\" }}\n"
+        )
+    };
+    let rest = r#"
+[materials.aluminium]
+on = "in"
+young = 70e3
+poisson = 0.33
+[materials.steel]
+on = "around"
+young = 210e3
+poisson = 0.3
+[[fix]]
+on = ["in.start", "around.start"]
+condition = "symmetry"
+[[fix]]
+on = ["in.end", "around.end"]
+condition = "symmetry"
+[[fix]]
+on = ["in.z-min", "around.z-min"]
+condition = "symmetry"
+[[contact]]
+on = "in.outer"
+against = "around.inner"
+gap = -0.02
+friction = { coulomb = 0.1 }
+"#;
+    for cells in [[2, 4, 2], [2, 3, 2], [2, 2, 2]] {
+        let text = ring("in", [10.0, 20.0], cells) + &ring("around", [20.0, 30.0], cells) + rest;
+        let (_, _, record) = refined(&text, "energy = 0.03");
+        let friction = record.values.iter().find(|value| value.name == "friction force").unwrap();
+        let (value, bar) = (friction.value.unwrap(), friction.bar.unwrap());
+        assert!((value - 957.0).abs() <= bar && bar < 0.15 * value, "{cells:?}: {value} within {bar}");
     }
 }
 
@@ -431,20 +475,20 @@ impl Levels for Doubtful {
 #[test]
 fn an_estimate_below_the_goal_is_not_enough_where_the_bound_is_above_it() {
     let case =
-        case::parse(&format!("{}\n[accuracy]\nenergy = 0.15\nproven = true", brick()), "case.toml", &[]).unwrap();
+        case::parse(&format!("{}\n[accuracy]\nenergy = 0.13\nproven = true", brick()), "case.toml", &[]).unwrap();
     let mut work = Doubtful(Vec::new());
     let (_, outcome) = solve_to_accuracy(&case, case.accuracy.as_ref().unwrap(), None, &mut work).unwrap();
     // The first mesh has 12 %, and the third less than 6 %.
     let errors: Vec<f64> = work.0.iter().map(|sequence| sequence.levels.last().unwrap().error).collect();
-    assert!(errors.len() > 3 && errors[0] < 0.15, "{errors:?}");
+    assert!(errors.len() > 3 && errors[0] < 0.13, "{errors:?}");
     let record = outcome.accuracy.unwrap();
     let bounds: Vec<f64> = record.levels.iter().map(|level| level.bound.unwrap()).collect();
-    assert!(record.reached && bounds.iter().position(|&bound| bound <= 0.15) == Some(bounds.len() - 1), "{bounds:?}");
+    assert!(record.reached && bounds.iter().position(|&bound| bound <= 0.13) == Some(bounds.len() - 1), "{bounds:?}");
 
     // Where no proof is asked for any more, the bound that was stored does not count.
     let estimated = AccuracySpec { proven: false, ..case.accuracy.unwrap() };
     let third = work.0[2].clone();
     let (_, outcome) = solve_to_accuracy(&case, &estimated, Some(third), &mut work).unwrap();
     let record = outcome.accuracy.unwrap();
-    assert!(record.reached && record.levels.len() == 3 && record.levels[2].bound > Some(0.15), "{record:?}");
+    assert!(record.reached && record.levels.len() == 3 && record.levels[2].bound > Some(0.13), "{record:?}");
 }

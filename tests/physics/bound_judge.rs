@@ -79,6 +79,41 @@ fn fields_of_another_problem_or_answer_are_refused() {
     assert!(judge_tie(&fewer, &solved.0.problem, &solved.1.solution.u).is_err());
 }
 
+/// Next to a support rows of the contact points have parts that are held, and where nothing acts forces are rounding.
+#[test]
+fn a_body_that_does_not_reach_its_obstacle_has_a_bound() {
+    let text = r#"
+[mesh]
+block = { size = [10, 10, 5], cells = [2, 2, 1], element = "tet10" }
+[materials.m]
+young = 1e4
+poisson = 0.3
+[[fix]]
+on = "x-min"
+[[load]]
+on = "y-max"
+traction = [1, -3, 0]
+[[contact]]
+on = "z-min"
+against = { plane = { point = [0, 0, -1], normal = [0, 0, 1] } }
+friction = "none"
+"#;
+    let solved = solved(text);
+    let bound = error_bound(&solved.0, &solved.1).unwrap_or_else(|why| panic!("{why}"));
+    judged(&bound);
+    assert_eq!(untied(&bound.fields, &solved), [""; 0]);
+    // The exact energy is in the intervals of both meshes, the finer of which has less.
+    assert!(solved.1.solution.lambda.iter().all(|&force| force == 0.0));
+    let finer = bounded(&text.replace("[2, 2, 1]", "[8, 8, 4]")).unwrap();
+    let [least, most] = finer.energy;
+    assert!(
+        bound.energy[0] <= most && least <= most && most <= bound.energy[1],
+        "{:?} {:?}",
+        bound.energy,
+        finer.energy
+    );
+}
+
 #[test]
 fn a_wrong_proof_is_refused_for_its_reason() {
     let bound = bounded(&brick([6, 2, 2], "tet10", "{ coulomb = 0.35 }")).unwrap();

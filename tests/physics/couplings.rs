@@ -33,6 +33,30 @@ fn are(values: [f64; 3], wanted: [f64; 3], scale: f64) {
     values.iter().zip(wanted).for_each(|(value, wanted)| is(*value, wanted, scale));
 }
 
+/// Forces of several points of a rigid line or face on a plane have a sum and a moment, and nothing else decides them. A note says so
+/// of the nodes that both have, and of no others.
+#[test]
+fn contact_at_rigid_nodes_is_said_to_be_shared_out_by_nothing() {
+    let text = |kind: &str, friction: &str| {
+        block([4.0, 2.0, 2.0], [2, 2, 2], "element = \"hex8\"")
+            + "[materials.soft]\nyoung = 1000\npoisson = 0\n[[fix]]\non = \"x-min\"\n"
+            + &format!("[[coupling]]\non = \"x-max\"\npoint = [4, 1, 1]\nforce = [0, 0, -1]\nkind = \"{kind}\"\n")
+            + &format!(
+                "[[contact]]\non = \"z-min\"\nagainst = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\n{friction}\n"
+            )
+    };
+    let notes = |kind: &str, friction: &str| {
+        let case = case::parse(&text(kind, friction), "case.toml", &[]).unwrap();
+        let all = prepare(&case).unwrap().facts.notes;
+        all.into_iter().filter(|note| note.contains("rigid coupling")).collect::<Vec<_>>()
+    };
+    let said = notes("rigid", "friction = \"none\"");
+    assert!(said.len() == 1 && said[0].contains("3 points") && !said[0].contains("friction there"), "{said:?}");
+    let said = notes("rigid", "friction = { coulomb = 0.2 }");
+    assert!(said.len() == 1 && said[0].contains("friction there"), "{said:?}");
+    assert_eq!(notes("distributing", "friction = \"none\""), [""; 0]);
+}
+
 /// Pulled and bent at a point off its axis a slender body without shear follows the theory of beams exactly: quadratic
 /// hexahedra hold a constant moment. The force acts along x at (4, 0.3, 1.5), the axis is at (y, z) = (0.5, 1).
 #[test]

@@ -321,7 +321,7 @@ const REFUSALS: &[(&str, &str, &str, &str)] = &[
     ("*BOUNDARY\n", "*EQUATION\n2\n1, 1, 1.\n*BOUNDARY\n", "*EQUATION", "1 terms are missing"),
     ("*BOUNDARY\n", "*EQUATION\n1\n1, 1, 1., 2, 1, -1.\n*BOUNDARY\n", "1, 1, 1., 2", "more terms than it says"),
     ("*BOUNDARY\n", "*EQUATION\n1\nNtop, 1, 1.\n*BOUNDARY\n", "Ntop, 1, 1.", "stands for 4 nodes"),
-    ("*BOUNDARY\n", "*MPC\nPLANE, 1, 2, 3, 4\n*BOUNDARY\n", "*MPC", "linear equation"),
+    ("*BOUNDARY\n", "*MPC\nPLANE, 1, 2, 3, 4\n*BOUNDARY\n", "*MPC", "*EQUATION"),
     ("*BOUNDARY\n", "*RIGID BODY, NSET=Ntop, REF NODE=1\n*BOUNDARY\n", "*RIGID BODY", "belongs to an element"),
     ("*BOUNDARY\n", "*RIGID BODY, REF NODE=1\n*BOUNDARY\n", "*RIGID BODY", "neither NSET= nor ELSET="),
     ("*BOUNDARY\n", "*RIGID BODY, NSET=Ntop\n*BOUNDARY\n", "*RIGID BODY", "no REF NODE="),

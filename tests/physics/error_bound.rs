@@ -73,10 +73,10 @@ fn the_brick_is_bounded_on_every_mesh() {
             let bound = error_bound(&prepared, &outcome).unwrap();
             let truth = (2.0 * (potential(&prepared, &outcome) - energy)).sqrt();
             let (ratio, mean) = (bound.error / truth, bound.mean_error / truth);
-            assert!((1.0..2.2).contains(&ratio), "{friction} {element} {cells:?}: {ratio}");
-            // With Coulomb friction the difference of the energies is not quite the squared error.
-            let most = if standing == Standing::Proven { 1.05 } else { 1.06 };
-            assert!(mean <= most, "{friction} {element} {cells:?}: {mean}");
+            // Without the couples about edges and with contact tractions as they were found 1.72 to 2.03 in quadratic cells.
+            let most = if element == "tet10" { 2.0 } else { 1.2 };
+            assert!((1.0..most).contains(&ratio), "{friction} {element} {cells:?}: {ratio}");
+            assert!(mean <= 1.05, "{friction} {element} {cells:?}: {mean}");
             assert_eq!(bound.standing, standing);
             judged(&bound);
             if standing == Standing::Proven {

@@ -31,6 +31,47 @@ pub(super) struct Surface<'a> {
     slip: HashMap<u32, V3>,
     /// At the corners: pressure, shear on the obstacle, largest shear; force per area.
     pub tractions: Vec<(u32, Traction)>,
+    /// At the corners of faces that have tractions of their own.
+    of_faces: HashMap<u32, [Traction; 3]>,
+}
+
+/// A closed face on which contact tractions may change.
+#[derive(Clone)]
+pub(super) struct Bearing {
+    /// Its number among all faces.
+    pub face: u32,
+    /// Unit vectors: the normal, or three with which the shear is free as well.
+    pub directions: Vec<V3>,
+    normal: V3,
+    area: f64,
+    limits: [Limit; 3],
+}
+
+impl Bearing {
+    /// How much of a change of its tractions times area the law lets through; infinite if it never ends it.
+    pub(super) fn reach(&self, tractions: &[V3; 3], change: &[f64; 9]) -> f64 {
+        let of_corner = |(a, limit): (usize, &Limit)| {
+            // On the obstacle, times area.
+            let (now, more) = (scale(-1.0, tractions[a]), [3 * a, 3 * a + 1, 3 * a + 2].map(|k| -change[k]));
+            let [pressure, growth] = [now, more].map(|v| dot(v, self.normal));
+            let until = |room: f64, taken: f64| if taken > 0.0 { room.max(0.0) / taken } else { f64::INFINITY };
+            let lifted = until(pressure, -growth);
+            if self.directions.len() < 3 {
+                return lifted;
+            }
+            let [shear, turn] = [(now, pressure), (more, growth)].map(|(v, n)| norm(sub(v, scale(n, self.normal))));
+            let slips = match *limit {
+                Limit::None => 0.0,
+                Limit::Given(most) => until(most * self.area - shear, turn),
+                Limit::Coulomb(f) => until(f * pressure - shear, turn - f * growth),
+                Limit::Limited { coefficient: f, most } => {
+                    until(most * self.area - shear, turn).min(until(f * pressure - shear, turn - f * growth))
+                }
+            };
+            lifted.min(slips)
+        };
+        self.limits.iter().enumerate().map(of_corner).fold(f64::INFINITY, f64::min)
+    }
 }
 
 /// What a body exerts on its obstacle.
@@ -51,8 +92,14 @@ impl<'a> Surface<'a> {
         v: &mut [f64],
     ) -> Result<Self, NoBound> {
         let small = ROUNDING * v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-        let mut surface =
-            Surface { contact, faces, opening: HashMap::new(), slip: HashMap::new(), tractions: Vec::new() };
+        let mut surface = Surface {
+            contact,
+            faces,
+            opening: HashMap::new(),
+            slip: HashMap::new(),
+            tractions: Vec::new(),
+            of_faces: HashMap::new(),
+        };
         let corners = tets.corners_of(surface.faces.iter().copied());
         let references: HashMap<u32, V3> = contact.nodes.iter().map(|node| (node.node, node.reference)).collect();
         let slides = contact.nodes.iter().any(|node| node.limit != Limit::None);
@@ -284,7 +331,57 @@ impl<'a> Surface<'a> {
         place.map(|place| &self.contact.nodes[place])
     }
 
-    pub(super) fn at(&self, node: u32) -> Traction {
+    /// Closed faces whose tractions may change: no term of the bound has them, as nothing is open, and where shears are free
+    /// nothing slips.
+    pub(super) fn bearings(&self, tets: &Tets) -> Vec<Bearing> {
+        let of_face = |&face: &u32| {
+            let corners = tets.faces[face as usize];
+            let middles = if tets.quadratic() { tets.middles_of(face).to_vec() } else { Vec::new() };
+            let nodes = || corners.iter().chain(&middles);
+            let at = corners.map(|node| self.at(node));
+            let slips = nodes().any(|node| self.slip.get(node).is_some_and(|&slip| slip != [0.0; 3]));
+            if nodes().any(|node| self.opening[node] != 0.0) || at.iter().any(|at| at.pressure <= 0.0) {
+                return None;
+            }
+            let limits = corners.map(|node| self.limit(node));
+            let with_pressure = |at: &Traction, limit: &Limit| {
+                matches!(limit, Limit::Coulomb(_) | Limit::Limited { .. }) && at.limit > 0.0
+            };
+            let sticks = !slips && at.iter().all(|at| norm(at.shear) < at.limit);
+            let n = self.contact.normal;
+            let directions = match sticks {
+                true => vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+                false if at.iter().zip(&limits).any(|(at, limit)| with_pressure(at, limit)) => return None,
+                false => vec![n],
+            };
+            Some(Bearing { face, directions, normal: n, area: tets.area(face), limits })
+        };
+        self.faces.iter().filter_map(of_face).collect()
+    }
+
+    /// Takes over the tractions times area of a face.
+    pub(super) fn take(&mut self, tets: &Tets, bearing: &Bearing, tractions: &[V3; 3]) {
+        let corners = tets.faces[bearing.face as usize];
+        let of_corner = |a: usize| {
+            let on_obstacle = scale(-1.0 / bearing.area, tractions[a]);
+            let pressure = dot(on_obstacle, bearing.normal).max(0.0);
+            let limit = bearing.limits[a].at(pressure);
+            let shear = match bearing.directions.len() {
+                3 => self.within(corners[a], self.tangential(on_obstacle), limit),
+                _ => self.at(corners[a]).shear,
+            };
+            Traction { pressure, shear, limit }
+        };
+        self.of_faces.insert(bearing.face, std::array::from_fn(of_corner));
+    }
+
+    /// The tractions at the corners of a face.
+    pub(super) fn on_face(&self, tets: &Tets, face: u32) -> [Traction; 3] {
+        let of_corners = || tets.faces[face as usize].map(|node| self.at(node));
+        self.of_faces.get(&face).copied().unwrap_or_else(of_corners)
+    }
+
+    fn at(&self, node: u32) -> Traction {
         let place = self.tractions.partition_point(|(other, _)| *other < node);
         self.tractions.get(place).map_or(Traction::default(), |found| found.1)
     }
@@ -295,7 +392,7 @@ impl<'a> Surface<'a> {
         for &face in &self.faces {
             let nodes = tets.faces[face as usize];
             let area = tets.area(face);
-            let tractions = nodes.map(|node| self.at(node));
+            let tractions = self.on_face(tets, face);
             let mut take = |a: usize, weight: f64, opening: f64, slip: V3| {
                 let Traction { pressure, shear, limit } = tractions[a];
                 let work = limit * norm(slip);

@@ -25,6 +25,8 @@ const MOST_AROUND: usize = 600;
 /// Of a corner whose cells have no free face the sum of what they ask for has to vanish; more than this part of the largest
 /// force between cells is the reaction of a support at a point or along a line.
 const REACTION: f64 = 1e-8;
+/// The same of the largest force between cells anywhere: what is less is rounding, at corners where nothing acts.
+const REACTION_ANYWHERE: f64 = 1e-13;
 
 /// Pivots of the system of a corner below this part of its diagonal are zero.
 const ZERO: f64 = 1e-13;
@@ -51,12 +53,14 @@ pub(super) fn equilibrate(
         range.flat_map(|cell| tets.corners[cell].into_iter().map(move |node| [node, cell as u32]))
     });
     let first = first_guess(tets, given, stress);
+    let largest =
+        first.par_iter().map(|of| of.iter().fold(0.0, |most: f64, &b| most.max(norm(b)))).reduce(|| 0.0, f64::max);
     let of_corner = |node: usize| {
         let cells = around.at(node);
         if cells.is_empty() {
             return Ok(Vec::new());
         }
-        Star::new(tets, given, shapes, node as u32, cells)?.solve(tets, stress, shapes, body_force, &first)
+        Star::new(tets, given, shapes, node as u32, cells)?.solve(tets, stress, shapes, body_force, &first, largest)
     };
     let corrections: Vec<Vec<(u32, V3)>> =
         (0..nodes).into_par_iter().with_min_len(64).map(of_corner).collect::<Result<_, NoBound>>()?;
@@ -151,6 +155,7 @@ impl<'a> Star<'a> {
         shapes: &[Shape],
         body_force: &[V3],
         first: &[OnFace],
+        largest: f64,
     ) -> Result<Vec<(u32, V3)>, NoBound> {
         let (asked, size) = self.asked(tets, stress, shapes, body_force, first);
         let components = self.components();
@@ -165,7 +170,7 @@ impl<'a> Star<'a> {
             let own = |(_, c): &(&V3, &usize)| **c == component;
             let sum = asked.iter().zip(&components).filter(own).fold([0.0; 3], |sum, (&b, _)| add(sum, b));
             let off = max_abs(&free.iter().map(|&d| dot(d, sum)).collect::<Vec<f64>>());
-            if off > REACTION * size {
+            if off > (REACTION * size).max(REACTION_ANYWHERE * largest) {
                 return Err(NoBound::Reaction { node: self.node, force: off });
             }
             loose.push(free);

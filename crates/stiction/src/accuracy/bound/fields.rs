@@ -70,7 +70,7 @@ fn sides(tets: &Tets, acting: &Acting, surfaces: &[Surface], held: &[Vec<V3>]) -
 
 fn touch(tets: &Tets, surface: &Surface, obstacle: u32, face: u32) -> Touch {
     let corners = tets.faces[face as usize];
-    let at = corners.map(|node| surface.at(node));
+    let at = surface.on_face(tets, face);
     // In linear cells middles are not looked at.
     let middles = if tets.quadratic() { tets.middles_of(face) } else { corners };
     let ([a, b, c], [d, e, f]) = (corners, middles);

@@ -29,7 +29,7 @@ mod fill;
 mod sharpen;
 mod tets;
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::fmt;
 
 use rayon::prelude::*;
@@ -39,7 +39,7 @@ use crate::certificate::{BoundClaim, BoundFields};
 use crate::fem::{DofMap, Solid, Voigt};
 use crate::linalg::max_abs;
 use crate::mesh::v3::{V3, add, dot, scale, sub};
-use contact::Surface;
+use contact::{Bearing, Surface};
 use equilibrate::{Given, OnFace, complement, equilibrate};
 use fields::fields;
 use fill::{Map, Sides, compliance, mean_stress};
@@ -277,8 +277,8 @@ impl Side {
     }
 }
 
-/// Steps of sharpening: further ones gain a few per cent.
-const STEPS: usize = 15;
+/// Steps of sharpening at most.
+const STEPS: usize = 40;
 /// Forces that may be left of the linear solve, as part of the largest.
 const RESIDUAL: f64 = 1e-12;
 /// Forces that neither loads nor contact nor supports explain, as part of the largest: more is no error of a solver.
@@ -325,13 +325,18 @@ pub fn bound(solid: &Solid, acting: &Acting, solve: &mut Solver) -> Result<Bound
     let unsharpened2: f64 = collect(&tets, |cell| judge.apart2(cell, &tractions)).iter().sum();
     let apart = |cell: usize, tractions: &[OnFace]| apart(&tets, cell, &shapes[cell], &stress[cell], tractions);
     let unsharpened = tractions.clone();
-    sharpen(&tets, &given, &shapes, &compliances, &apart, &mut tractions, STEPS);
+    let bearings = bearings(&tets, acting, &surfaces);
+    let all = bearings.iter().flatten().cloned().collect();
+    sharpen(&tets, &given, all, &shapes, &compliances, &apart, &mut tractions, unsharpened2, STEPS);
     let mut cells = judge.cells(&tractions);
     let total = |cells: &[OfCell]| cells.iter().map(|cell| cell.apart2).sum::<f64>();
     // Rounding may leave more than there was where there is nothing to gain.
     if total(&cells).is_nan() || total(&cells) > unsharpened2 {
         tractions = unsharpened;
         cells = judge.cells(&tractions);
+    }
+    for (surface, own) in surfaces.iter_mut().zip(&bearings) {
+        own.iter().for_each(|bearing| surface.take(&tets, bearing, &tractions[bearing.face as usize]));
     }
     let gaps = surfaces.iter().map(|surface| surface.gaps(&tets));
     let gaps = gaps.fold([0.0; 3], add);
@@ -401,6 +406,17 @@ fn surfaces<'a>(
     }
     surfaces.iter_mut().for_each(|surface| surface.find_tractions(tets));
     Ok(surfaces)
+}
+
+/// Of each surface the faces on which contact tractions may change: where no load acts, and no other surface touches.
+fn bearings(tets: &Tets, acting: &Acting, surfaces: &[Surface]) -> Vec<Vec<Bearing>> {
+    let mut named: HashMap<u32, u32> = HashMap::new();
+    let loaded = acting.loads.iter().map(|&(face, _)| tets.of_boundary[face as usize]);
+    let touching = surfaces.iter().flat_map(|surface| surface.faces.iter().copied());
+    loaded.chain(touching).for_each(|face| *named.entry(face).or_default() += 1);
+    let own =
+        |surface: &Surface| surface.bearings(tets).into_iter().filter(|bearing| named[&bearing.face] == 1).collect();
+    surfaces.iter().map(own).collect()
 }
 
 /// What is known on each face.

@@ -1,34 +1,50 @@
 //! Less energy from the same equilibrium.
 //!
 //! Changes of the tractions that leave every cell balanced: on a face forces along its edges, equal and opposite at both ends;
-//! around an edge a moment that each cell passes on to the next. The energy of `τ - σ` is minimised over them by conjugate
+//! around an edge two forces at its ends and a couple about it, which each cell passes on to the next. Together they are all
+//! there are: faces around an edge pass on a force and a couple, and forces at the ends are no couple about the edge itself.
+//! The energy of `τ - σ` is minimised over them by conjugate
 //! gradients, preconditioned by the blocks of faces and edges. Any number of steps gives a valid bound, so that
 //! matrices are in single precision; the tractions stay balanced to double precision.
+//!
+//! On closed faces the contact tractions change with the others, as far as the law of contact lets them ([`Bearing`]).
+
+use std::collections::{HashMap, HashSet};
 
 use rayon::prelude::*;
 
+use super::contact::Bearing;
 use super::equilibrate::{Given, OnFace};
 use super::fill::{BLOCKS, Block, Map, Matrix, Sides};
-use super::tets::{CELLS_PER_TASK, EDGES, NONE, Shape, Tets};
+use super::tets::{CELLS_PER_TASK, EDGES, NONE, Shape, Tets, without};
 use crate::fem::Voigt;
 use crate::linalg::vectorised;
-use crate::mesh::v3::{V3, dot, norm, scale, sub};
+use crate::mesh::v3::{V3, cross, dot, norm, scale, sub};
 
 /// Blocks of unknowns for each task of a thread at least.
 const BLOCKS_PER_TASK: usize = 128;
 /// What is added to the diagonal of a block, as part of it: its own rounding in single precision.
 const ROUNDING: f64 = 1e-6;
+/// Directions that differ by less are the same.
+const SAME: f64 = 1e-12;
 /// Part of the first residual at which steps end.
 const SMALL: f64 = 1e-9;
+/// Steps end where one gains less than this part of the energy: what is left to gain is some ten times as much, and half of that in
+/// the bound. On refined bricks 18 to 24 steps.
+const GAIN: f64 = 1e-3;
 
-/// Tractions with the energy of their distance from `stress` reduced by so many steps.
+/// Reduces `energy`, the squared distance of the stress of the tractions, by at most so many steps; `apart` answers the
+/// difference of a cell's tractions from those of the stress. On `bearings` tractions stay within the law.
+#[allow(clippy::too_many_arguments)] // Two fields, their cells, and what may change.
 pub(super) fn sharpen(
     tets: &Tets,
     given: &Given,
+    mut bearings: Vec<Bearing>,
     shapes: &[Shape],
     compliances: &[[Voigt; 6]],
     apart: &(dyn Fn(usize, &[OnFace]) -> Sides + Sync),
     tractions: &mut [OnFace],
+    mut energy: f64,
     steps: usize,
 ) {
     let of_cell = |cell: usize| &compliances[tets.solid.material_of_cell[cell] as usize];
@@ -49,7 +65,7 @@ pub(super) fn sharpen(
             },
         );
     });
-    let system = System::new(tets, given, matrices);
+    let mut system = System::new(tets, given, &bearings, matrices);
     let start: Vec<Sides> =
         (0..cells).into_par_iter().with_min_len(CELLS_PER_TASK).map(|cell| apart(cell, tractions)).collect();
     let scale_of = start.par_iter().flatten().flatten().flatten().map(|v| v.abs()).reduce(|| 0.0, f64::max);
@@ -61,32 +77,53 @@ pub(super) fn sharpen(
     drop(start);
     residual.par_iter_mut().for_each(|r| r.iter_mut().for_each(|v| *v = -*v));
     let mut direction: Vec<[f64; 9]> = Vec::new();
-    let (mut before, mut first) = (0.0, 0.0);
-    for step in 0..steps {
+    let (mut before, mut first) = (None, 0.0);
+    for _ in 0..steps {
         let corrected = system.precondition(&residual);
         let product = inner(&corrected, &residual);
-        if step == 0 {
-            (direction, first) = (corrected, product);
-        } else {
-            let factor = product / before;
+        if let Some(before) = before {
+            let factor: f64 = product / before;
             direction.par_iter_mut().zip(&corrected).for_each(|(d, z)| {
                 (0..9).for_each(|k| d[k] = z[k] + factor * d[k]);
             });
+        } else {
+            direction = corrected;
         }
+        first = f64::max(first, product);
         if product.is_nan() || product <= SMALL * SMALL * first {
             break;
         }
-        before = product;
         let image = system.times(&direction);
         let curvature = inner(&direction, &image);
         if curvature.is_nan() || curvature <= 0.0 {
             break;
         }
-        let length = product / curvature;
+        let whole = product / curvature;
+        let reach = |bearing: &Bearing| {
+            let face = bearing.face as usize;
+            bearing.reach(&tractions[face], &direction[face].map(|d| scale_of * d))
+        };
+        let length = bearings.iter().map(reach).fold(whole, f64::min);
+        let stays: Vec<bool> = bearings.iter().map(|bearing| reach(bearing) >= whole).collect();
         residual.par_iter_mut().zip(&image).for_each(|(r, y)| (0..9).for_each(|k| r[k] -= length * y[k]));
         tractions.par_iter_mut().zip(&direction).for_each(|(t, d)| {
             (0..9).for_each(|k| t[k / 3][k % 3] += length * scale_of * d[k]);
         });
+        if length < whole {
+            // What is at its limit stays there, and the method begins anew.
+            let ended = bearings.iter().zip(&stays).filter(|(_, stays)| !**stays).map(|(bearing, _)| bearing.face);
+            system.keep(&ended.collect());
+            let mut stays = stays.into_iter();
+            bearings.retain(|_| stays.next() == Some(true));
+            before = None;
+        } else {
+            before = Some(product);
+            let gain = size * scale_of * scale_of * whole * product;
+            energy -= gain;
+            if gain < GAIN * energy {
+                break;
+            }
+        }
     }
 }
 
@@ -111,13 +148,35 @@ struct FaceBlock {
     inverse: [[f64; 3]; 3],
 }
 
-/// An edge around which moments may be passed on.
+/// An edge around which forces and a couple may be passed on.
 struct EdgeBlock {
     /// Where its cells are in [`System::fans`].
     fan: [u32; 2],
-    /// The directions of the moments; none if all are free.
+    free: Passed,
+    inverse: [[f32; EDGE]; EDGE],
+}
+
+/// Unknowns of an edge: forces at both ends and the couple about it.
+const EDGE: usize = 7;
+
+/// What the faces at an edge let pass.
+#[derive(Clone, Copy)]
+struct Passed {
+    /// The direction of the forces; none if all are free, zero if none is.
     along: Option<V3>,
-    inverse: [[f32; 6]; 6],
+    /// The couple, whose tractions are normal to each face.
+    couple: bool,
+}
+
+impl Passed {
+    /// The part of unknowns that may be passed on.
+    fn part(&self, v: [f64; EDGE]) -> [f64; EDGE] {
+        let [a, b] = [0, 3].map(|k| {
+            let force = [v[k], v[k + 1], v[k + 2]];
+            self.along.map_or(force, |d| scale(dot(force, d), d))
+        });
+        [a[0], a[1], a[2], b[0], b[1], b[2], if self.couple { v[6] } else { 0.0 }]
+    }
 }
 
 struct System<'a> {
@@ -141,11 +200,17 @@ fn weights(corner: usize) -> [f64; 3] {
 }
 
 impl<'a> System<'a> {
-    fn new(tets: &'a Tets<'a>, given: &Given, matrices: Vec<Matrix>) -> Self {
+    fn new(tets: &'a Tets<'a>, given: &Given, bearings: &[Bearing], matrices: Vec<Matrix>) -> Self {
+        let bearing: HashMap<u32, &[V3]> = bearings.iter().map(|at| (at.face, &*at.directions)).collect();
+        // Directions in which tractions are free; all on interior faces.
+        let free = |face: u32| -> Option<&[V3]> {
+            let side = given.side[face as usize].as_ref()?;
+            Some(bearing.get(&face).copied().unwrap_or(&side.directions))
+        };
         let cells = tets.corners.len();
         let positive = (0..cells).into_par_iter().with_min_len(1024).map(|cell| tets.shape(cell).positive).collect();
         let mut system = System { tets, matrices, faces: Vec::new(), edges: Vec::new(), fans: Vec::new(), positive };
-        system.faces = system.face_blocks(given);
+        system.faces = system.face_blocks(&free);
         let mut sides: Vec<([u32; 2], u64)> = (0..cells)
             .into_par_iter()
             .flat_map_iter(|cell| {
@@ -163,13 +228,25 @@ impl<'a> System<'a> {
             first += edge.len() as u32;
         }
         drop(sides);
-        system.edges = system.edge_blocks(given, ranges);
+        system.edges = system.edge_blocks(&free, ranges);
         system
     }
 
-    fn face_blocks(&self, given: &Given) -> Vec<FaceBlock> {
-        let free = |side: &Option<super::Side>| side.as_ref().is_none_or(|side| side.directions.len() == 3);
-        let list: Vec<u32> = (0..self.tets.faces.len() as u32).filter(|&f| free(&given.side[f as usize])).collect();
+    /// Leaves out the blocks at some faces.
+    fn keep(&mut self, without: &HashSet<u32>) {
+        self.faces.retain(|block| !without.contains(&block.face));
+        let mut edges = std::mem::take(&mut self.edges);
+        let at = |block: &EdgeBlock| {
+            let fan = &self.fans[block.fan[0] as usize..block.fan[1] as usize];
+            fan.iter().any(|&entry| self.sides_of(entry).iter().any(|side| without.contains(&side.1)))
+        };
+        edges.retain(|block| !at(block));
+        self.edges = edges;
+    }
+
+    fn face_blocks<'f>(&self, free: &(dyn Fn(u32) -> Option<&'f [V3]> + Sync)) -> Vec<FaceBlock> {
+        let all = |face: &u32| free(*face).is_none_or(|directions| directions.len() == 3);
+        let list: Vec<u32> = (0..self.tets.faces.len() as u32).filter(all).collect();
         let block = |face: u32| {
             let modes = self.face_modes(face);
             let mut own = [[0.0; 3]; 3];
@@ -187,35 +264,46 @@ impl<'a> System<'a> {
         list.into_par_iter().with_min_len(BLOCKS_PER_TASK).map(block).collect()
     }
 
-    fn edge_blocks(&self, given: &Given, ranges: Vec<[u32; 2]>) -> Vec<EdgeBlock> {
-        let free = |fan: &[u32; 2]| -> Option<Option<V3>> {
-            // Of an edge on the boundary the two faces there; directions that are held on both.
-            let mut along: Option<V3> = None;
+    fn edge_blocks<'f>(
+        &self,
+        free: &(dyn Fn(u32) -> Option<&'f [V3]> + Sync),
+        ranges: Vec<[u32; 2]>,
+    ) -> Vec<EdgeBlock> {
+        // Of an edge on the boundary the two faces there; directions that are free on both.
+        let passed = |fan: &[u32; 2]| -> Option<Passed> {
+            let mut passed = Passed { along: None, couple: true };
             for &entry in &self.fans[fan[0] as usize..fan[1] as usize] {
                 for (_, face, _) in self.sides_of(entry) {
-                    let Some(side) = &given.side[face as usize] else { continue };
-                    match (side.directions.len(), along) {
-                        (3, _) => {}
-                        (1, None) => along = Some(side.directions[0]),
-                        (1, Some(other)) if norm(sub(other, side.directions[0])) < 1e-12 => {}
+                    let Some(directions) = free(face) else { continue };
+                    let d = match directions.len() {
+                        3 => continue,
+                        1 => directions[0],
                         _ => return None,
-                    }
+                    };
+                    let area = self.tets.vector_area(face);
+                    passed.couple &= dot(area, d).abs() > (1.0 - SAME) * norm(area);
+                    passed.along = match passed.along {
+                        None => Some(d),
+                        Some(other) if norm(sub(other, d)) < SAME => Some(other),
+                        Some(_) => Some([0.0; 3]),
+                    };
                 }
             }
-            Some(along)
+            let any = passed.couple || passed.along.is_none_or(|d| norm(d) > 0.0);
+            any.then_some(passed)
         };
-        let kept: Vec<([u32; 2], Option<V3>)> =
-            ranges.into_par_iter().with_min_len(BLOCKS_PER_TASK).filter_map(|fan| Some((fan, free(&fan)?))).collect();
-        let block = |(fan, along): ([u32; 2], Option<V3>)| {
-            let mut own = [[0.0; 6]; 6];
+        let kept: Vec<([u32; 2], Passed)> =
+            ranges.into_par_iter().with_min_len(BLOCKS_PER_TASK).filter_map(|fan| Some((fan, passed(&fan)?))).collect();
+        let block = |(fan, free): ([u32; 2], Passed)| {
+            let mut own = [[0.0; EDGE]; EDGE];
             for &entry in &self.fans[fan[0] as usize..fan[1] as usize] {
                 self.add_edge_block(entry, &mut own);
             }
-            if let Some(d) = along {
-                let mean = (0..6).map(|k| own[k][k]).sum::<f64>() / 6.0;
-                own = projected(&own, d, mean);
+            if free.along.is_some() || !free.couple {
+                let mean = (0..EDGE).map(|k| own[k][k]).sum::<f64>() / EDGE as f64;
+                own = restricted(&own, &free, mean);
             }
-            EdgeBlock { fan, along, inverse: inverse(own).map(|row| row.map(|v| v as f32)) }
+            EdgeBlock { fan, free, inverse: inverse(own).map(|row| row.map(|v| v as f32)) }
         };
         kept.into_par_iter().with_min_len(BLOCKS_PER_TASK).map(block).collect()
     }
@@ -237,6 +325,25 @@ impl<'a> System<'a> {
     /// Where the two ends of an edge are among the corners of face `j`.
     fn ends(edge: usize, j: usize) -> [usize; 2] {
         EDGES[edge].map(|corner| corner - usize::from(corner > j))
+    }
+
+    /// Tractions times area at the corners of face `j` of a cell that are a couple about an edge of both: forces on the
+    /// normal, equal and opposite on the edge and at the corner across, times the length of the edge.
+    fn couple(&self, cell: u32, edge: usize, j: usize) -> [f64; 9] {
+        let corners = without(&self.tets.corners[cell as usize], j);
+        let [a, b] = Self::ends(edge, j);
+        let c = 3 - a - b;
+        let x = corners.map(|node| self.tets.mesh().nodes[node as usize]);
+        let (along, out) = (sub(x[b], x[a]), sub(x[c], x[a]));
+        let part = dot(out, along) / dot(along, along);
+        // From the edge to the corner across.
+        let height = sub(out, scale(part, along));
+        let force = scale(12.0 / dot(height, height), cross(along, height));
+        let mut couple = [0.0; 9];
+        for (corner, weight) in [(a, part - 1.0), (b, -part), (c, 1.0)] {
+            (0..3).for_each(|k| couple[3 * corner + k] = weight * force[k]);
+        }
+        couple
     }
 
     /// Forces along the three edges of a face.
@@ -306,80 +413,92 @@ impl<'a> System<'a> {
         let of_faces: Vec<[f64; 9]> = self.faces.par_iter().with_min_len(BLOCKS_PER_TASK).map(of_face).collect();
         self.faces.iter().zip(of_faces).for_each(|(block, more)| change[block.face as usize] = more);
         let of_edge = |block: &EdgeBlock| {
-            let mut asked = [0.0; 6];
-            self.around(block, |edge, j, face, turn| {
+            let mut asked = [0.0; EDGE];
+            self.around(block, |cell, edge, j, face, turn| {
                 let rest = &residual[face];
                 let ends = Self::ends(edge, j);
                 for c in 0..3 {
                     let total = rest[c] + rest[3 + c] + rest[6 + c];
                     (0..2).for_each(|e| asked[3 * e + c] += turn * (12.0 * rest[3 * ends[e] + c] - 3.0 * total));
                 }
+                let couple = self.couple(cell, edge, j);
+                asked[6] += turn * couple.iter().zip(rest).map(|(c, r)| c * r).sum::<f64>();
             });
-            if let Some(d) = block.along {
-                asked = onto(asked, d);
-            }
-            let moments = multiplied(&block.inverse.map(|row| row.map(f64::from)), &asked);
-            block.along.map_or(moments, |d| onto(moments, d))
+            let moments = multiplied(&block.inverse.map(|row| row.map(f64::from)), &block.free.part(asked));
+            block.free.part(moments)
         };
-        let moments: Vec<[f64; 6]> = self.edges.par_iter().with_min_len(BLOCKS_PER_TASK).map(of_edge).collect();
+        let moments: Vec<[f64; EDGE]> = self.edges.par_iter().with_min_len(BLOCKS_PER_TASK).map(of_edge).collect();
         for (block, moments) in self.edges.iter().zip(moments) {
-            self.around(block, |edge, j, face, turn| {
+            self.around(block, |cell, edge, j, face, turn| {
                 let ends = Self::ends(edge, j);
+                let own = &mut change[face];
                 for c in 0..3 {
                     let [first, second] = [moments[c], moments[3 + c]].map(|moment| turn * moment);
-                    let own = &mut change[face];
                     (0..3).for_each(|a| own[3 * a + c] -= 3.0 * (first + second));
                     own[3 * ends[0] + c] += 12.0 * first;
                     own[3 * ends[1] + c] += 12.0 * second;
                 }
+                let couple = self.couple(cell, edge, j);
+                own.iter_mut().zip(couple).for_each(|(own, c)| *own += turn * moments[6] * c);
             });
         }
         change
     }
 
-    /// Takes the faces around an edge, each once and from its first cell: local numbers of edge and face there, number of the
-    /// face, sign of a moment that goes round the edge.
-    fn around(&self, block: &EdgeBlock, mut take: impl FnMut(usize, usize, usize, f64)) {
+    /// Takes the faces around an edge, each once and from its first cell: that cell, local numbers of edge and face there,
+    /// number of the face, sign of what goes round the edge.
+    fn around(&self, block: &EdgeBlock, mut take: impl FnMut(u32, usize, usize, usize, f64)) {
         for &entry in &self.fans[block.fan[0] as usize..block.fan[1] as usize] {
             for (j, face, turn) in self.sides_of(entry) {
-                if u64::from(self.tets.cells_of[face as usize][0]) == entry / 8 {
-                    take((entry % 8) as usize, j, face as usize, turn);
+                let cell = self.tets.cells_of[face as usize][0];
+                if u64::from(cell) == entry / 8 {
+                    take(cell, (entry % 8) as usize, j, face as usize, turn);
                 }
             }
         }
     }
 
-    /// Adds the part of a cell to the matrix of moments around one of its edges.
-    fn add_edge_block(&self, entry: u64, own: &mut [[f64; 6]; 6]) {
+    /// Adds the part of a cell to the matrix of what goes round one of its edges.
+    fn add_edge_block(&self, entry: u64, own: &mut [[f64; EDGE]; EDGE]) {
         let (cell, edge) = ((entry / 8) as usize, (entry % 8) as usize);
         let matrix = &self.matrices[cell];
         let sides = self.sides_of(entry);
         let [(first, _, one), (second, _, two)] = sides;
-        for (p, q, sign) in [(first, first, 1.0), (second, second, 1.0), (first, second, one * two)] {
-            let block = &matrix[number(p, q)];
-            let (rows, columns) = (Self::ends(edge, p).map(weights), Self::ends(edge, q).map(weights));
+        let couples = sides.map(|(j, ..)| self.couple(cell as u32, edge, j));
+        for (p, q, sign) in [(0, 0, 1.0), (1, 1, 1.0), (0, 1, one * two)] {
+            let faces = [first, second];
+            let block = &matrix[number(faces[p], faces[q])];
+            let [rows, columns] = [p, q].map(|at| Self::ends(edge, faces[at]).map(weights));
+            // Of both faces, where they are not the same, each with the other.
+            let mut add = |i: usize, j: usize, value: f64| {
+                own[i][j] += sign * value;
+                if p != q {
+                    own[j][i] += sign * value;
+                }
+            };
+            // Columns first.
             for e in 0..2 {
-                // Columns first.
                 let mut half = [[0.0; 3]; 9];
                 for (row, half) in block.iter().zip(&mut half) {
                     for (b, weight) in columns[e].into_iter().enumerate() {
                         (0..3).for_each(|c| half[c] += weight * f64::from(row[3 * b + c]));
                     }
                 }
-                for (d, rows) in rows.iter().enumerate() {
-                    for (a, weight) in rows.iter().enumerate() {
+                for c in 0..3 {
+                    for (d, rows) in rows.iter().enumerate() {
                         for r in 0..3 {
-                            for c in 0..3 {
-                                let value = sign * weight * half[3 * a + r][c];
-                                own[3 * d + r][3 * e + c] += value;
-                                if p != q {
-                                    own[3 * e + c][3 * d + r] += value;
-                                }
-                            }
+                            add(3 * d + r, 3 * e + c, (0..3).map(|a| rows[a] * half[3 * a + r][c]).sum());
                         }
                     }
+                    add(6, 3 * e + c, (0..9).map(|k| couples[p][k] * half[k][c]).sum());
                 }
             }
+            let half: [f64; 9] =
+                std::array::from_fn(|k| block[k].iter().zip(&couples[q]).map(|(m, v)| f64::from(*m) * v).sum());
+            for (d, rows) in rows.iter().enumerate() {
+                (0..3).for_each(|r| add(3 * d + r, 6, (0..3).map(|a| rows[a] * half[3 * a + r]).sum()));
+            }
+            add(6, 6, (0..9).map(|k| couples[p][k] * half[k]).sum());
         }
     }
 }
@@ -431,22 +550,13 @@ fn multiplied<const N: usize>(a: &[[f64; N]; N], x: &[f64; N]) -> [f64; N] {
     std::array::from_fn(|i| (0..N).map(|j| a[i][j] * x[j]).sum())
 }
 
-/// The parts of two vectors along a direction.
-fn onto(v: [f64; 6], d: V3) -> [f64; 6] {
-    let along = [0, 3].map(|k| dot([v[k], v[k + 1], v[k + 2]], d));
-    std::array::from_fn(|k| along[k / 3] * d[k % 3])
-}
-
-/// A matrix of moments restricted to those along a direction, with `rest` for the others.
-fn projected(own: &[[f64; 6]; 6], d: V3, rest: f64) -> [[f64; 6]; 6] {
-    let left: [[f64; 6]; 6] = std::array::from_fn(|i| onto(own[i], d));
-    let both: [[f64; 6]; 6] = std::array::from_fn(|j| onto(std::array::from_fn(|i| left[i][j]), d));
+/// A matrix of what edges pass on restricted to what may be, with `rest` for the others.
+fn restricted(own: &[[f64; EDGE]; EDGE], free: &Passed, rest: f64) -> [[f64; EDGE]; EDGE] {
+    let left: [[f64; EDGE]; EDGE] = std::array::from_fn(|i| free.part(own[i]));
+    let both: [[f64; EDGE]; EDGE] = std::array::from_fn(|j| free.part(std::array::from_fn(|i| left[i][j])));
     std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
-            let same = i / 3 == j / 3;
-            let across = f64::from(u8::from(i == j)) - if same { d[i % 3] * d[j % 3] } else { 0.0 };
-            both[j][i] + rest * across
-        })
+        let unit = free.part(std::array::from_fn(|j| f64::from(u8::from(i == j))));
+        std::array::from_fn(|j| both[j][i] + rest * (f64::from(u8::from(i == j)) - unit[j]))
     })
 }
 
@@ -475,7 +585,13 @@ fn inverse<const N: usize>(mut a: [[f64; N]; N]) -> [[f64; N]; N] {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Side;
+    use super::super::fill::compliance;
     use super::*;
+    use crate::fem::elements::Law;
+    use crate::fem::{Material, Solid};
+    use crate::mesh::v3::add;
+    use crate::mesh::{Block, BlockElement, block};
 
     #[test]
     fn inverses_of_definite_matrices_are_theirs() {
@@ -487,6 +603,113 @@ mod tests {
                 assert!((product - f64::from(u8::from(i == j))).abs() < 1e-5, "{i} {j}: {product}");
                 assert_eq!(b[i][j], b[j][i]);
             }
+        }
+    }
+
+    /// By elimination of columns.
+    fn rank(mut rows: Vec<Vec<f64>>) -> usize {
+        let largest = rows.iter().flatten().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let mut rank = 0;
+        while let Some((row, column)) = (rank..rows.len())
+            .filter_map(|r| {
+                Some((r, (0..rows[r].len()).max_by(|&a, &b| rows[r][a].abs().total_cmp(&rows[r][b].abs()))?))
+            })
+            .max_by(|&(r, c), &(s, d)| rows[r][c].abs().total_cmp(&rows[s][d].abs()))
+            .filter(|&(r, c)| rows[r][c].abs() > 1e-7 * largest)
+        {
+            rows.swap(rank, row);
+            let (done, rest) = rows.split_at_mut(rank + 1);
+            let pivot = &done[rank];
+            rest.par_iter_mut().for_each(|row| {
+                let factor = row[column] / pivot[column];
+                row.iter_mut().zip(pivot).for_each(|(v, p)| *v -= factor * p);
+                row[column] = 0.0;
+            });
+            rank += 1;
+        }
+        rank
+    }
+
+    /// Tractions that leave every cell balanced are all those of which force and moment vanish; the modes are as many.
+    #[test]
+    fn modes_are_all_tractions_that_leave_cells_balanced() {
+        let element = BlockElement::Tet4Six;
+        let mesh = block(&Block {
+            size: [1.0, 1.3, 0.7],
+            cells: [2, 2, 1],
+            origin: [0.0; 3],
+            grading: [1.4, 1.0, 1.0],
+            element,
+        })
+        .unwrap();
+        let materials = [Material { name: "steel".into(), young: 2.0, poisson: 0.3, ..Material::default() }];
+        let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &vec![0; mesh.cell_count()] };
+        let tets = Tets::new(&solid).unwrap();
+        let of_material = compliance(&Law::new(&materials[0]));
+        let axes: [V3; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let nothing: &[(&str, &[V3])] = &[];
+        let held: &[(&str, &[V3])] = &[("x-min", &axes)];
+        let planes: &[(&str, &[V3])] = &[("x-min", &axes), ("y-max", &axes[1..2])];
+        for sides in [nothing, held, planes] {
+            let mut given = Given { side: (0..tets.faces.len()).map(|_| None).collect() };
+            for face in (0..tets.faces.len()).filter(|&face| tets.cells_of[face][1] == NONE) {
+                given.side[face] = Some(Side { directions: Vec::new(), forces: [[0.0; 3]; 3] });
+            }
+            for (name, directions) in sides {
+                for &face in &mesh.group(name).unwrap().faces {
+                    let side = &mut given.side[tets.of_boundary[face as usize] as usize];
+                    side.as_mut().unwrap().directions = directions.to_vec();
+                }
+            }
+            let mut matrices: Vec<Matrix> = vec![[[[0.0; 9]; 9]; 10]; tets.corners.len()];
+            for (cell, matrix) in matrices.iter_mut().enumerate() {
+                Map::new(&tets.shape(cell)).write_matrix(&of_material, 1.0, matrix);
+            }
+            let system = System::new(&tets, &given, &[], matrices);
+            let faces = tets.faces.len();
+            let modes: Vec<Vec<f64>> = (0..9 * faces)
+                .map(|at| {
+                    let mut residual = vec![[0.0; 9]; faces];
+                    residual[at / 9][at % 9] = 1.0;
+                    system.precondition(&residual).into_iter().flatten().collect()
+                })
+                .collect();
+            // Of each free traction the forces and moments on the cells.
+            let mut columns: Vec<Vec<f64>> = Vec::new();
+            for face in 0..faces {
+                let all = given.side[face].as_ref().map_or(axes.to_vec(), |side| side.directions.clone());
+                let x = tets.faces[face].map(|node| mesh.nodes[node as usize]);
+                for a in 0..3 {
+                    let arm = x.into_iter().fold(x[a], add);
+                    for &d in &all {
+                        let mut column = vec![0.0; 6 * tets.corners.len()];
+                        for &cell in tets.cells_of[face].iter().filter(|&&cell| cell != NONE) {
+                            let sign = tets.sign(cell as usize, face as u32);
+                            let moment = cross(scale(1.0 / 12.0, arm), d);
+                            (0..3).for_each(|c| column[6 * cell as usize + c] = sign * d[c] / 3.0);
+                            (0..3).for_each(|c| column[6 * cell as usize + 3 + c] = sign * moment[c]);
+                        }
+                        columns.push(column);
+                    }
+                }
+            }
+            let free = columns.len();
+            let names: Vec<&str> = sides.iter().map(|side| side.0).collect();
+            for mode in &modes {
+                // No mode leaves a cell out of balance.
+                let mut sums = vec![0.0; 6 * tets.corners.len()];
+                let values = (0..faces).flat_map(|face| {
+                    let all = given.side[face].as_ref().map_or(axes.to_vec(), |side| side.directions.clone());
+                    (0..3).flat_map(move |a| all.clone().into_iter().map(move |d| (9 * face + 3 * a, d)))
+                });
+                for ((at, d), column) in values.zip(&columns) {
+                    let value = dot(d, [mode[at], mode[at + 1], mode[at + 2]]);
+                    sums.iter_mut().zip(column).for_each(|(sum, c)| *sum += value * c);
+                }
+                let size = mode.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+                assert!(sums.iter().all(|sum| sum.abs() <= 1e-12 * size), "{names:?}");
+            }
+            assert_eq!(rank(modes), free - rank(columns), "{names:?}");
         }
     }
 }

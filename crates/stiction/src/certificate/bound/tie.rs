@@ -173,9 +173,13 @@ fn contact(
             continue;
         };
         let m = contact.friction.len();
+        let at_supports =
+            |row: usize| problem.labels.supports.as_ref().is_some_and(|supports| !supports.B.row(row).0.is_empty());
         let of_touch = |(touch, corner): &(&Touch, usize)| -> [f64; 3] {
             let obstacle = &fields.obstacles[touch.obstacle as usize];
-            let (mut turned, mut gap, mut scale, mut whole): (f64, f64, f64, bool) = (0.0, 0.0, 0.0, true);
+            let (mut turned, mut gap, mut scale): (f64, f64, f64) = (0.0, 0.0, 0.0);
+            // What the row has at nodes that are held altogether is not among its unknowns.
+            let mut whole = !at_supports(j);
             for (node, normal) in &normals {
                 let x = fields.nodes[*node as usize];
                 let along = dot(*normal, obstacle.normal);

@@ -85,8 +85,8 @@ pub(super) const REFUSED: &[(&[&str], &str, &str)] = &[
     ),
     (
         &["MPC", "NETWORKMPC", "EMBEDDEDELEMENT", "SUBMODEL", "MULTIPOINTCONSTRAINT"],
-        "a linear equation between displacements",
-        "use *TIE between surfaces, or *BOUNDARY on planes of symmetry",
+        "a constraint that is known by its type",
+        "write the equations that it stands for by *EQUATION, or use *COUPLING, *TIE, or *BOUNDARY on planes of symmetry",
     ),
     (
         &["DISTRIBUTINGCOUPLING", "KINEMATICCOUPLING"],

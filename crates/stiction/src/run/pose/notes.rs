@@ -1,15 +1,18 @@
 //! What a person should know of a posed contact and did not ask.
 
+use std::collections::HashSet;
+
 use super::facts::ContactFacts;
+use super::regions;
 use super::surfaces::shared;
 use super::travel::travel_rounding;
 use crate::contact::{
     ContactSurface, Counterpart, InitialGap, Obstacle, PairFacts, Role, SurfaceFacts, SurfaceFriction,
 };
 use crate::fem::{Material, notes};
-use crate::io::case::{Case, ContactSpec};
+use crate::io::case::{Case, ContactSpec, CouplingSpec};
 use crate::io::text::{number, triple};
-use crate::mesh::MeshNotes;
+use crate::mesh::{Mesh, MeshNotes};
 
 /// What helps where several contacts want the same nodes.
 pub(crate) const SEVERAL_CONTACTS: &str =
@@ -20,6 +23,8 @@ const LEAST_OF_TAKEN: usize = 3;
 /// What notes are made of.
 pub(crate) struct Noted<'a> {
     pub mesh: &'a MeshNotes,
+    /// That of the nodes which contacts and couplings name.
+    pub nodes_of: &'a Mesh,
     pub materials: &'a [Material],
     /// The cells of each, as of [`cells_of_materials`](crate::fem::cells_of_materials).
     pub used: Vec<[bool; 3]>,
@@ -40,6 +45,7 @@ impl Noted<'_> {
         let mut all: Vec<String> = self.mesh.0.iter().map(ToString::to_string).collect();
         all.extend(notes(self.materials, &self.used));
         all.extend(self.contacts.iter().flat_map(ContactFacts::notes));
+        all.extend(self.rigid_contact());
         for (a, b, count) in shared(self.surfaces) {
             all.push(format!("contacts \"{a}\" and \"{b}\" share {count} faces: check that both are meant"));
         }
@@ -66,6 +72,32 @@ impl Noted<'_> {
         }));
         all.extend(self.case.notes.iter().cloned());
         all
+    }
+
+    /// Contact points that rigid couplings move: on a rigid face more of them than three have no forces of their own.
+    fn rigid_contact(&self) -> Vec<String> {
+        let rigid = self.case.couplings.iter().filter(|spec| !spec.distributing && spec.components == [true; 3]);
+        let of_coupling = |spec: &CouplingSpec| {
+            let nodes: HashSet<u32> =
+                regions::nodes(self.nodes_of, &spec.on, &spec.spot).unwrap_or_default().into_iter().collect();
+            let name = spec.name.clone();
+            self.contacts.iter().filter_map(move |contact| {
+                let count = contact.surface.nodes.iter().filter(|node| nodes.contains(node)).count();
+                (count > 1).then(|| {
+                    let with_friction = match contact.friction {
+                        SurfaceFriction::None => "",
+                        _ => "; friction there, and what it does to displacements, may differ with it",
+                    };
+                    format!(
+                        "contact \"{}\": {count} points are at nodes of the rigid coupling \"{name}\": where several of \
+                         them press, the sum and the moment of their forces are determined, not each force and its \
+                         pressure{with_friction}",
+                        contact.surface.name
+                    )
+                })
+            })
+        };
+        rigid.flat_map(of_coupling).collect()
     }
 }
 

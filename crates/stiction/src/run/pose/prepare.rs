@@ -156,6 +156,7 @@ fn posed(case: &Case, entries: Entries) -> Result<Prepared, Error> {
     let travel = travel(&mesh, &model, &model.dofs);
     let noted = Noted {
         mesh: &mesh_notes,
+        nodes_of: &mesh,
         materials: &materials,
         used: cells_of_materials(&solid),
         contacts: &contacts,

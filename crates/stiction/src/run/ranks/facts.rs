@@ -37,6 +37,7 @@ pub(super) fn facts(case: &Case, local: &Local) -> Result<Option<Facts>, Error> 
     };
     let noted = Noted {
         mesh: &outside.found.notes,
+        nodes_of: &outside.mesh,
         materials: &local.materials,
         used,
         contacts: &outside.contacts,

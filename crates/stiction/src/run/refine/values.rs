@@ -27,6 +27,11 @@ const LEAST: f64 = 1e-6;
 /// may also be prescribed on coarse meshes, and no longer on finer ones: off by 0.13 to 0.4 of the square in eight of 60 cases of two blocks. Contact that
 /// covers all of a surface on coarse meshes may open on finer ones, by up to 0.43 of the square times the area.
 const OF_SQUARE: f64 = 0.5;
+/// The same of the energy itself: of shrink fits it is off by 1.03 times the square.
+const OF_ENERGY: f64 = 1.5;
+/// Of the area that the edge of contact leaves open half is in contact at the least error. Of friction all that is left open counts: of a fit that
+/// slides from its ends, with two cells along it, three quarters of it are missing.
+const OF_EDGE: f64 = 0.5;
 /// Meshes before the last that are asked.
 const BEFORE: usize = 3;
 /// A mesh says something of another one whose estimate is smaller by this factor.
@@ -122,7 +127,8 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome, error: f64, shapes:
         let normal = Value { least: by_curves(normal_force), by_shape, ..normal };
         all.push(normal);
         if prepared.problem.contact.friction.iter().any(|law| *law != Friction::None) {
-            all.push(plain(of("friction force"), Sort::Force, norm(tangential_force)));
+            let friction = plain(of("friction force"), Sort::Force, norm(tangential_force));
+            all.push(Value { least: friction.least.max(edge.friction), ..friction });
         }
         let mean = if area > 0.0 { normal_force / area } else { 0.0 };
         let closed = || label.points.clone().filter(|&j| outcome.solution.states[j] != PointState::Open);
@@ -131,7 +137,7 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome, error: f64, shapes:
         let uneven = least.filter(|&j| pressure(j) < EVEN * mean);
         // What hardly presses may be open: stresses are not known better than the estimate.
         let light = closed().filter(|&j| uneven == Some(j) || (0.0..error * max_pressure).contains(&pressure(j)));
-        let unsure = (0.5 * edge).max(light.map(|j| prepared.problem.labels.area[j]).sum());
+        let unsure = (OF_EDGE * edge.area).max(light.map(|j| prepared.problem.labels.area[j]).sum());
         let by_edge = |value: f64| if area > 0.0 { value.abs() * (unsure / area).max(LEAST) } else { 0.0 };
         let points = uneven.map(|_| label.points.len());
         for (what, value) in [("contact area", area), ("mean pressure", mean)] {
@@ -139,7 +145,7 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome, error: f64, shapes:
             all.push(Value { least, points, of_square: OF_SQUARE, by_shape, ..plain(of(what), Sort::Other, value) });
         }
         let peak = max_pressure_at.and_then(|at| cell_size(&prepared.mesh, at));
-        let narrow = edge > NARROW * area;
+        let narrow = edge.area > NARROW * area;
         let by_shape = open.area * max_pressure.abs();
         let sharp = largest_at_sharp_edge(prepared, outcome, (number, label), &frames, &tractions);
         let at_edge = sharp.and_then(|(pressure, at)| Some((pressure, cell_size(&prepared.mesh, at)?)));
@@ -156,7 +162,8 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome, error: f64, shapes:
     let least = by_curves.max(LEAST * displacement);
     all.push(Value { least, of_square: OF_SQUARE, by_shape, ..largest });
     let by_shape = open.iter().map(|open| open.energy).sum::<f64>();
-    all.push(Value { by_shape, ..plain("energy".into(), Sort::Other, answer.energy) });
+    let energy = plain("energy".into(), Sort::Other, answer.energy);
+    all.push(Value { of_square: OF_ENERGY, by_shape, ..energy });
     all
 }
 
