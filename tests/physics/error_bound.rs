@@ -4,7 +4,7 @@ use std::array::from_fn;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use stiction::accuracy::bound::{Acting, ContactNode, FlatContact, Limit};
+use stiction::accuracy::bound::{Acting, ContactNode, FlatContact, Limit, LinearSystem};
 use stiction::accuracy::{Bound, NoBound, Standing, bound};
 use stiction::certificate::{JudgedBound, judge_bound};
 use stiction::contact::{ContactSurface, SurfaceFriction, pose};
@@ -143,9 +143,6 @@ fn bound_of_uniform(mesh: &Mesh, u: fn(V3) -> V3, friction: SurfaceFriction, lim
     let contact = FlatContact { faces: faces("z-min"), normal: [0.0, 0.0, -1.0], offset: 0.0, nodes: nodes.collect() };
     let axes: [V3; 3] = from_fn(|c| from_fn(|k| f64::from(u8::from(k == c))));
     let held: Vec<(u32, V3)> = sides.iter().flatten().flat_map(|&face| axes.map(|axis| (face, axis))).collect();
-    let k = &problem.elastic.K;
-    let graph = NodeGraph::of_symmetric(k, problem.elastic.node_of.as_deref());
-    let factor = Cholesky::new(k, &graph, plan(&graph, &nested_dissection(&graph), 0), &Stop::never()).unwrap();
     let acting = Acting {
         displacement: &full_displacement(&model, &solution.u),
         dofs: &model.dofs,
@@ -156,7 +153,14 @@ fn bound_of_uniform(mesh: &Mesh, u: fn(V3) -> V3, friction: SurfaceFriction, lim
         contacts: &[contact],
         motions: &[],
     };
-    bound(&solid, &acting, &mut |forces| Ok(factor.solve(forces))).unwrap()
+    let solve = &mut |system: &LinearSystem, forces: &[f64]| {
+        let node_of = problem.elastic.node_of.as_ref().unwrap();
+        let node_of: Vec<u32> = system.unknowns.iter().map(|&i| node_of[i as usize]).collect();
+        let graph = NodeGraph::of_symmetric(&system.stiffness, Some(&node_of));
+        let plan = plan(&graph, &nested_dissection(&graph), 0);
+        Ok(Cholesky::new(&system.stiffness, &graph, plan, &Stop::never())?.solve(forces))
+    };
+    bound(&solid, &acting, solve).unwrap()
 }
 
 /// Uniform stress where all sticks, slides along or has no friction has no error on any mesh. What solvers leave enters the bound by

@@ -6,7 +6,7 @@
 //! ```text
 //! sum over its faces F at i   ± b_F^i  =  Q_T^i  =  ∫_T σ ∇φ_i - ∫_T f φ_i
 //! ```
-//! which has solutions since `σ` is that of a Galerkin solution and `φ_i` times a constant one of its test functions; force
+//! which has solutions since `σ` is in equilibrium for all `φ_i` times a constant; force
 //! and moment of each cell balance then. Corner by corner the solution nearest to the mean of the stresses on both sides is
 //! taken: with `b = b⁰ + V/A² (μ₁ - μ₂)` a graph Laplacian of the cells around the corner.
 
@@ -40,7 +40,7 @@ pub(super) struct Given {
     pub side: Vec<Option<Side>>,
 }
 
-/// Tractions times area that balance every cell; `stress` is that of a Galerkin solution at the corners of the cells.
+/// Tractions times area that balance every cell; `stress`, at the corners of the cells, is in equilibrium for all functions that are linear in these.
 pub(super) fn equilibrate(
     tets: &Tets,
     given: &Given,

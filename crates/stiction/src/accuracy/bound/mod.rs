@@ -11,8 +11,8 @@
 //! half the sum of both stresses, `(C ε(v) + τ)/2`, is off by at most the root of `|τ - C ε(v)|²/4` and half of the
 //! other terms.
 //!
-//! [`bound`] makes `τ`: contact tractions within the law from the contact forces (`contact.rs`); a Galerkin solution for
-//! these; tractions on all faces with which every cell is in equilibrium (`equilibrate.rs`); a stress in each cell from
+//! [`bound`] makes `τ`: contact tractions within the law from the contact forces (`contact.rs`); displacements that are in equilibrium with
+//! these for all test functions that are linear in the cells (`linear.rs`); tractions on all faces with which every cell is in equilibrium (`equilibrate.rs`); a stress in each cell from
 //! them (`fill.rs`); and less energy by tractions that leave every cell in equilibrium (`sharpen.rs`).
 //!
 //! The proof needs straight tetrahedra, flat obstacles, tractions that are linear on faces, and forces and strains that are
@@ -26,6 +26,8 @@ mod contact;
 mod equilibrate;
 mod fields;
 mod fill;
+mod linear;
+mod modes;
 mod sharpen;
 mod tets;
 
@@ -43,6 +45,7 @@ use contact::{Bearing, Surface};
 use equilibrate::{Given, OnFace, complement, equilibrate};
 use fields::fields;
 use fill::{Map, Sides, compliance, mean_stress};
+pub use linear::LinearSystem;
 use sharpen::sharpen;
 use tets::{CELLS_PER_TASK, NONE, Shape, Tets, traction, without};
 
@@ -286,12 +289,12 @@ const UNKNOWN: f64 = 1e-5;
 /// Solves with the elastic matrix at most; each takes the residual of those before.
 const SOLVES: usize = 4;
 
-/// Answers forces on the unknowns, newton, by displacements, length.
-pub type Solver<'a> = dyn FnMut(&[f64]) -> Result<Vec<f64>, Error> + 'a;
+/// Answers forces on the unknowns of a system, newton, by displacements, length. The system is the same each time.
+pub type Solver<'a> = dyn FnMut(&LinearSystem, &[f64]) -> Result<Vec<f64>, Error> + 'a;
 
 /// A bound of the discretisation error of a solution of elastic contact.
 ///
-/// `solve` answers forces on the unknowns (newton, in the order of `dofs.free`) by displacements of the elastic bodies without
+/// `solve` answers forces on corners by displacements of the elastic bodies without
 /// contact. Where `acting.motions` names some these forces balance, and any displacements will do that they determine but for these. It is asked up to four times, for ever smaller forces, and a few digits each time are enough. The result does not
 /// depend on the number of threads.
 ///
@@ -315,10 +318,10 @@ pub fn bound(solid: &Solid, acting: &Acting, solve: &mut Solver) -> Result<Bound
     if shapes.iter().any(|shape| !(shape.volume > 0.0 && shape.volume.is_finite())) {
         return Err(NoBound::Degenerate);
     }
-    let galerkin = galerkin(&tets, acting, &given, &surfaces, &outer, solve)?;
+    let balanced = balanced(&tets, acting, &given, &surfaces, &outer, &shapes, solve)?;
     let compliances: Vec<[Voigt; 6]> =
         solid.materials.iter().map(|material| compliance(&crate::fem::elements::Law::new(material))).collect();
-    let stress = collect(&tets, |cell| tets.stress(cell, &shapes[cell], &galerkin, acting.initial));
+    let stress = collect(&tets, |cell| tets.stress(cell, &shapes[cell], &balanced, acting.initial));
     let mut tractions = equilibrate(&tets, &given, &shapes, &stress, acting.body_force)?;
     let found = collect(&tets, |cell| tets.stress(cell, &shapes[cell], &v, acting.initial));
     let judge = Judge { tets: &tets, shapes: &shapes, compliances: &compliances, found: &found };
@@ -447,14 +450,16 @@ fn given(tets: &Tets, acting: &Acting, held: &[Vec<V3>], surfaces: &[Surface]) -
     Given { side: sides }
 }
 
-/// The Galerkin solution for the loads and the contact tractions, from the displacements found; forces of ties and supports
-/// stay as they are.
-fn galerkin(
+/// The displacements found, changed by some that are linear in the cells so that their stress is in equilibrium with loads and contact
+/// tractions for all test functions of that kind; forces of ties and supports stay as they are. Which change it is does not matter much: the tractions
+/// of cells that are made of the stress are as near as can be to that of the displacements found in the end.
+fn balanced(
     tets: &Tets,
     acting: &Acting,
     given: &Given,
     surfaces: &[Surface],
     outer: &[f64],
+    shapes: &[Shape],
     solve: &mut Solver,
 ) -> Result<Vec<f64>, NoBound> {
     let mut forces = outer.to_vec();
@@ -464,6 +469,7 @@ fn galerkin(
     // Nodes held in part have reactions that no face need carry.
     let free = |node: u32| (0..3).all(|c| dofs.unknown[(3 * node + c) as usize] != u32::MAX);
     let mut u = acting.displacement.to_vec();
+    let mut system = None;
     for round in 0..SOLVES {
         let inner = tets.inner_forces(&u, acting.initial);
         let size = max_abs(&inner).max(max_abs(&forces));
@@ -473,15 +479,22 @@ fn galerkin(
         if round == 0 && rest.iter().enumerate().any(|at| unknown(&at) && free(at.0 as u32 / 3)) {
             return Err(NoBound::Load { what: "something that acts on the bodies".into() });
         }
+        linear::to_corners(tets, &mut rest);
         dofs.to_components(&mut rest);
-        let rest: Vec<f64> = dofs.free.iter().map(|&dof| rest[dof as usize]).collect();
+        let system = match &mut system {
+            Some(system) => system,
+            none => none.insert(LinearSystem::new(tets, shapes, dofs)?),
+        };
+        let dof = |i: &u32| dofs.free[*i as usize] as usize;
+        let rest: Vec<f64> = system.unknowns.iter().map(|i| rest[dof(i)]).collect();
         if max_abs(&rest) <= RESIDUAL * size {
             break;
         }
-        let change = solve(&rest).map_err(NoBound::Unsolved)?;
+        let change = solve(system, &rest).map_err(NoBound::Unsolved)?;
         let mut all = vec![0.0; u.len()];
-        dofs.free.iter().zip(change).for_each(|(&dof, value)| all[dof as usize] = value);
+        system.unknowns.iter().zip(change).for_each(|(i, value)| all[dof(i)] = value);
         dofs.to_vectors(&mut all);
+        linear::to_middles(tets, &mut all);
         u.iter_mut().zip(all).for_each(|(u, change)| *u += change);
     }
     Ok(u)

@@ -1,11 +1,9 @@
 //! A proven bound of the discretisation error of an answer.
 
-use std::sync::Arc;
-
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::accuracy::bound::{Acting, Bound, ContactNode, FlatContact, Limit, NoBound, Standing, bound};
+use crate::accuracy::bound::{Acting, Bound, ContactNode, FlatContact, Limit, LinearSystem, NoBound, Standing, bound};
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{Contact, ContactProblem, Counterpart, Obstacle, SurfaceFriction};
 use crate::fem::{Field, Fix, Load, Solid, Temperature, constant_body_force, full_displacement, linear_tractions};
@@ -30,7 +28,7 @@ const LINEAR: f64 = 1e-9;
 /// with given friction; with Coulomb friction for the limits found.
 ///
 /// The answer has to be that of the loads that `prepared` holds, those of the last step that was solved. The elastic system
-/// is solved once more, by a Cholesky factor below 10,000 unknowns and otherwise by conjugate gradients with multigrid.
+/// is solved once more for the displacements of corners, by a Cholesky factor below 10,000 of these and otherwise by conjugate gradients with multigrid.
 ///
 /// # Errors
 /// [`NoBound`] says why there is none.
@@ -87,7 +85,7 @@ pub(crate) fn error_bound_until(prepared: &Prepared, u: &[f64], lambda: &[f64], 
         motions: &motions,
     };
     let mut elastic = Elastic { problem, motions: &prepared.motions, stop, operator: None };
-    bound(&solid, &acting, &mut |forces| elastic.solve(forces))
+    bound(&solid, &acting, &mut |system, forces| elastic.solve(system, forces))
 }
 
 /// A bound of the discretisation error, for scripts.
@@ -361,10 +359,10 @@ enum Operator {
 }
 
 impl Elastic<'_> {
-    fn solve(&mut self, forces: &[f64]) -> Result<Vec<f64>, Error> {
+    fn solve(&mut self, system: &LinearSystem, forces: &[f64]) -> Result<Vec<f64>, Error> {
         let operator = match self.operator.take() {
             Some(operator) => operator,
-            None => self.set_up()?,
+            None => self.set_up(system)?,
         };
         let solution = match &operator {
             Operator::Factor(factor) => factor.solve(forces),
@@ -374,24 +372,46 @@ impl Elastic<'_> {
         Ok(solution)
     }
 
-    fn set_up(&self) -> Result<Operator, Error> {
-        let mut elastic = self.problem.elastic.clone();
-        if !self.motions.is_empty() {
-            elastic.K = Arc::new(pinned(&elastic.K, self.motions)?);
-        }
-        let elastic = &elastic;
-        if self.problem.unknowns() > SMALL {
-            let n = self.problem.unknowns();
-            let mut free =
-                ContactProblem::from_matrices(elastic.K.clone(), vec![0.0; n], Csr::zero(0, n), Vec::new(), Vec::new());
-            free.elastic.clone_from(elastic);
+    fn set_up(&self, system: &LinearSystem) -> Result<Operator, Error> {
+        let n = system.unknowns.len();
+        let of_linear = |i: &u32| *i as usize;
+        let elastic = &self.problem.elastic;
+        let k = match self.motions.is_empty() {
+            true => system.stiffness.clone(),
+            false => pinned(&system.stiffness, &linear(self.motions, &system.unknowns))?,
+        };
+        let mut free = ContactProblem::from_matrices(k, vec![0.0; n], Csr::zero(0, n), Vec::new(), Vec::new());
+        free.elastic.node_of =
+            elastic.node_of.as_ref().map(|of| system.unknowns.iter().map(|i| of[of_linear(i)]).collect());
+        if n > SMALL {
+            free.elastic.near_kernel =
+                elastic.near_kernel.as_ref().map(|of| system.unknowns.iter().map(|i| of[of_linear(i)]).collect());
             return Ok(Operator::Multigrid(Box::new(Multigrid::until(&free, self.stop)?)));
         }
-        let graph = NodeGraph::of_symmetric(&elastic.K, elastic.node_of.as_deref());
+        let k = &free.elastic.K;
+        let graph = NodeGraph::of_symmetric(k, free.elastic.node_of.as_deref());
         let order = nested_dissection_until(&graph, self.stop)?;
         let plan = plan(&graph, &order, 0);
-        Ok(Operator::Factor(Box::new(Cholesky::new(&elastic.K, &graph, plan, self.stop)?)))
+        Ok(Operator::Factor(Box::new(Cholesky::new(k, &graph, plan, self.stop)?)))
     }
+}
+
+/// The motions at some of the unknowns, which are counted anew.
+fn linear(motions: &RigidMotions, unknowns: &[u32]) -> RigidMotions {
+    let mut some = motions.clone();
+    for body in &mut some.bodies {
+        let places: Vec<(usize, u32)> = body
+            .unknowns
+            .iter()
+            .enumerate()
+            .filter_map(|(place, i)| Some((place, unknowns.binary_search(i).ok()? as u32)))
+            .collect();
+        body.unknowns = places.iter().map(|place| place.1).collect();
+        for motion in &mut body.motions {
+            *motion = places.iter().map(|place| motion[place.0]).collect();
+        }
+    }
+    some
 }
 
 /// The stiffness with one more spring for each rigid motion, at unknowns that together determine the motions: under forces
