@@ -21,6 +21,7 @@ const BLOCKS_PER_TASK: usize = 128;
 const ROUNDING: f64 = 1e-6;
 /// Directions that differ by less are the same.
 const SAME: f64 = 1e-12;
+
 /// A face whose tractions may change, with the inverse of its block.
 struct FaceBlock {
     face: u32,
@@ -88,6 +89,7 @@ impl Passed {
     }
 }
 
+/// The energies of changes of tractions, and the blocks of faces and edges that the changes are made of.
 pub(super) struct System<'a> {
     tets: &'a Tets<'a>,
     matrices: Vec<Matrix>,
@@ -145,7 +147,7 @@ impl<'a> System<'a> {
     }
 
     /// Leaves out the blocks at some faces.
-    pub(super) fn keep(&mut self, without: &HashSet<u32>) {
+    pub(super) fn leave_out(&mut self, without: &HashSet<u32>) {
         self.faces.retain(|block| !without.contains(&block.face));
         let passages = &self.passages;
         let at = |block: &EdgeBlock| passages_of(passages, block).iter().any(|passage| without.contains(&passage.face));
@@ -172,6 +174,7 @@ impl<'a> System<'a> {
         list.into_par_iter().with_min_len(BLOCKS_PER_TASK).map(block).collect()
     }
 
+    /// The blocks of the edges that cells around them have in these ranges of `fans`.
     fn add_edges<'f>(&mut self, free: &(dyn Fn(u32) -> Option<&'f [V3]> + Sync), ranges: Vec<[u32; 2]>) {
         // Of an edge on the boundary the two faces there; directions that are free on both.
         let passed = |fan: &[u32; 2]| -> Option<Passed> {

@@ -102,7 +102,7 @@ pub(super) fn sharpen(
         if length < whole {
             // What is at its limit stays there, and the method begins anew.
             let ended = bearings.iter().zip(&stays).filter(|(_, stays)| !**stays).map(|(bearing, _)| bearing.face);
-            system.keep(&ended.collect());
+            system.leave_out(&ended.collect());
             let mut stays = stays.into_iter();
             bearings.retain(|_| stays.next() == Some(true));
             before = None;
