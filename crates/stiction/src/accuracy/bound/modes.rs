@@ -216,12 +216,11 @@ impl<'a> System<'a> {
         let around = |(fan, _): &([u32; 2], Passed)| self.around(*fan);
         let around: Vec<Vec<Passage>> = kept.par_iter().with_min_len(BLOCKS_PER_TASK).map(around).collect();
         let mut first = 0;
-        let block = |((passages, (_, free)), inverse): ((&Vec<Passage>, ([u32; 2], Passed)), _)| {
+        for ((passages, (_, free)), inverse) in around.iter().zip(kept).zip(inverses) {
             let begin = first;
             first += passages.len() as u32;
-            EdgeBlock { passages: [begin, first], free, inverse }
-        };
-        self.edges = around.iter().zip(kept).zip(inverses).map(block).collect();
+            self.edges.push(EdgeBlock { passages: [begin, first], free, inverse });
+        }
         self.passages = around.into_iter().flatten().collect();
     }
 
