@@ -74,14 +74,15 @@ impl Noted<'_> {
         all
     }
 
-    /// Contact points that rigid couplings move: on a rigid face more of them than three have no forces of their own.
+    /// Contact points that rigid couplings move: forces of more than three on a rigid face, or two on a rigid line, are not determined.
     fn rigid_contact(&self) -> Vec<String> {
         let rigid = self.case.couplings.iter().filter(|spec| !spec.distributing && spec.components == [true; 3]);
         let of_coupling = |spec: &CouplingSpec| {
             let nodes: HashSet<u32> =
                 regions::nodes(self.nodes_of, &spec.on, &spec.spot).unwrap_or_default().into_iter().collect();
             let name = spec.name.clone();
-            self.contacts.iter().filter_map(move |contact| {
+            let presses = |contact: &&ContactFacts| contact.friction != SurfaceFriction::Bonded;
+            self.contacts.iter().filter(presses).filter_map(move |contact| {
                 let count = contact.surface.nodes.iter().filter(|node| nodes.contains(node)).count();
                 (count > 1).then(|| {
                     let with_friction = match contact.friction {
