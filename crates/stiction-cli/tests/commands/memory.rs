@@ -20,9 +20,8 @@ fn limited(folder: &Folder, case: &str, kilobytes: usize) -> Output {
 fn a_run_in_little_memory_ends_with_an_answer_or_an_error() {
     for case in ["brick", "cylinder", "joint"] {
         let (mut answers, mut errors) = (0, 0);
-        // The program and its libraries alone take 23.
         // Threads reserve up to 64 MB of addresses each when they meet in the allocator: up to 500 MB may end either way.
-        for megabytes in [28, 32, 48, 80, 120, 140, 160, 180, 220, 300, 500, 800, 1200] {
+        for megabytes in [24, 32, 48, 80, 120, 140, 160, 180, 220, 300, 500, 800, 1200] {
             let folder = Folder::new("limited", CASE);
             let output = limited(&folder, case, 1000 * megabytes);
             let said = String::from_utf8_lossy(&output.stderr);
