@@ -14,9 +14,9 @@ const CHUNK: usize = 64 * CELLS_PER_TASK;
 /// The elastic bodies with the displacements of corners as unknowns, between which they are linear; contact holds nothing.
 #[derive(Debug, Clone)]
 pub struct LinearSystem {
-    /// Stiffness, `n x n`.
+    /// Stiffness, `n x n`, force/length.
     pub stiffness: SymmetricCsr,
-    /// For each of the `n` unknowns its number among those of the mesh with all its nodes, ascending.
+    /// For each of the `n` unknowns its place in `dofs.free`, ascending.
     pub unknowns: Vec<u32>,
 }
 

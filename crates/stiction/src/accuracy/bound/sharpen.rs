@@ -6,6 +6,8 @@
 //!
 //! On closed faces the contact tractions change with the others, as far as the law of contact lets them ([`Bearing`]).
 
+use std::collections::HashSet;
+
 use rayon::prelude::*;
 
 use super::contact::Bearing;
@@ -93,18 +95,18 @@ pub(super) fn sharpen(
             let face = bearing.face as usize;
             bearing.reach(&tractions[face], &direction[face].map(|d| scale_of * d))
         };
-        let length = bearings.iter().map(reach).fold(whole, f64::min);
-        let stays: Vec<bool> = bearings.iter().map(|bearing| reach(bearing) >= whole).collect();
+        let reaches: Vec<f64> = bearings.iter().map(reach).collect();
+        let length = reaches.iter().copied().fold(whole, f64::min);
         residual.par_iter_mut().zip(&image).for_each(|(r, y)| (0..9).for_each(|k| r[k] -= length * y[k]));
         tractions.par_iter_mut().zip(&direction).for_each(|(t, d)| {
             (0..9).for_each(|k| t[k / 3][k % 3] += length * scale_of * d[k]);
         });
         if length < whole {
             // What is at its limit stays there, and the method begins anew.
-            let ended = bearings.iter().zip(&stays).filter(|(_, stays)| !**stays).map(|(bearing, _)| bearing.face);
-            system.leave_out(&ended.collect());
-            let mut stays = stays.into_iter();
-            bearings.retain(|_| stays.next() == Some(true));
+            let ends = |(bearing, &reach): (&Bearing, &f64)| (reach < whole).then_some(bearing.face);
+            let ended: HashSet<u32> = bearings.iter().zip(&reaches).filter_map(ends).collect();
+            system.leave_out(&ended);
+            bearings.retain(|bearing| !ended.contains(&bearing.face));
             before = None;
         } else {
             before = Some(product);

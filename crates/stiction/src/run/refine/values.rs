@@ -208,11 +208,13 @@ pub(super) fn changed_shape(prepared: &Prepared, outcome: &Outcome) -> Vec<f64> 
     prepared.problem.labels.pairs.iter().take(prepared.surfaces.len()).map(of_pair).collect()
 }
 
-/// Whether the largest displacement is that of a node whose displacement is prescribed.
+/// Whether the largest displacement is where one is prescribed.
 fn is_prescribed(prepared: &Prepared, outcome: &Outcome) -> bool {
     let (_, place) = largest_displacement(prepared, outcome);
-    let at_place = prepared.mesh.nodes.iter().position(|node| *node == place);
-    at_place.is_some_and(|node| (0..3).all(|c| prepared.model.dofs.unknown[3 * node + c] == u32::MAX))
+    let unknown = &prepared.model.dofs.unknown;
+    let mut held =
+        prepared.mesh.nodes.iter().zip(unknown.chunks_exact(3)).filter(|(_, own)| own.iter().all(|&i| i == u32::MAX));
+    held.any(|(node, _)| *node == place)
 }
 
 /// By name, for the record of a level.

@@ -374,18 +374,15 @@ impl Elastic<'_> {
 
     fn set_up(&self, system: &LinearSystem) -> Result<Operator, Error> {
         let n = system.unknowns.len();
-        let of_linear = |i: &u32| *i as usize;
         let elastic = &self.problem.elastic;
         let k = match self.motions.is_empty() {
             true => system.stiffness.clone(),
             false => pinned(&system.stiffness, &linear(self.motions, &system.unknowns))?,
         };
         let mut free = ContactProblem::from_matrices(k, vec![0.0; n], Csr::zero(0, n), Vec::new(), Vec::new());
-        free.elastic.node_of =
-            elastic.node_of.as_ref().map(|of| system.unknowns.iter().map(|i| of[of_linear(i)]).collect());
+        free.elastic.node_of = elastic.node_of.as_ref().map(|of| at(of, &system.unknowns));
         if n > SMALL {
-            free.elastic.near_kernel =
-                elastic.near_kernel.as_ref().map(|of| system.unknowns.iter().map(|i| of[of_linear(i)]).collect());
+            free.elastic.near_kernel = elastic.near_kernel.as_ref().map(|of| at(of, &system.unknowns));
             return Ok(Operator::Multigrid(Box::new(Multigrid::until(&free, self.stop)?)));
         }
         let k = &free.elastic.K;
@@ -394,6 +391,11 @@ impl Elastic<'_> {
         let plan = plan(&graph, &order, 0);
         Ok(Operator::Factor(Box::new(Cholesky::new(k, &graph, plan, self.stop)?)))
     }
+}
+
+/// The values at some of the unknowns.
+fn at<T: Copy>(all: &[T], unknowns: &[u32]) -> Vec<T> {
+    unknowns.iter().map(|&i| all[i as usize]).collect()
 }
 
 /// The motions at some of the unknowns, which are counted anew.
