@@ -4,6 +4,7 @@ mod bodies;
 mod cone_program;
 mod counts;
 mod discrete;
+mod flat_cells;
 mod global_forms;
 mod independent_qp;
 mod independent_solver;

@@ -199,6 +199,19 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
     }
 }
 
+/// A copy of these rows.
+pub(super) fn rows_at<'a>(
+    nodes: &[u32],
+    cols: usize,
+    row: impl Fn(u32) -> (&'a [u32], &'a [Block<3, 3>]) + Sync,
+) -> Blocks<3, 3> {
+    let named = |t: usize, name: &mut dyn FnMut(u32)| row(nodes[t]).0.iter().for_each(|&j| name(j));
+    Blocks::from_rows(nodes.len(), cols, named, |t, to| {
+        let (columns, blocks) = row(nodes[t]);
+        columns.iter().zip(blocks).for_each(|(&j, block)| *to.at(j) = *block);
+    })
+}
+
 /// For each of `cols` columns the rows that contain it, with the places of their entries.
 pub(super) fn by_columns(rows: &[usize], column: &[u32], cols: usize) -> (Vec<usize>, Vec<(u32, u32)>) {
     let entries = rows[rows.len() - 1];

@@ -7,6 +7,7 @@ use super::blocks::{Block, Blocks, Row};
 use super::dense::{add_product, add_transpose_product, inverse, inverse_beside, largest_diagonal, square};
 use super::distance::{near, places};
 use super::divided_product::{Product, aggregates_of_ghosts, divided_galerkin};
+use super::stiff_groups::merge;
 use crate::Error;
 use crate::linalg::in_huge_pages;
 use crate::linalg::memory::ensure;
@@ -32,12 +33,13 @@ pub(super) struct Coarser<const R: usize, const C: usize = 6> {
 /// Smoothed aggregation (Vanek, Mandel & Brezina 1996): six unknowns an aggregate, which represent the near-kernel
 /// there exactly; the prolongation smoothed by one damped block Jacobi step. Aggregates and the reach of the
 /// prolongation follow couplings that are strong and near. `None` if that does not make the matrix coarser. Rows of `A P`
-/// are kept for the nodes `wanted`. An error where there is no memory for it.
+/// are kept for the nodes `wanted`. Each of the stiff `groups` is in one aggregate, and the prolongation is not smoothed there. An error where there is no memory for it.
 pub(super) fn coarsen<const R: usize>(
     a: &Blocks<R, R>,
     halo: &Halo,
     kernel: &[Kernel<R>],
     threshold: f64,
+    groups: &[Vec<u32>],
     wanted: &[u32],
 ) -> Result<Option<Coarser<R>>, Error> {
     let all_kernels = halo.extended(kernel);
@@ -46,7 +48,8 @@ pub(super) fn coarsen<const R: usize>(
     let place = places(a, halo, &norms, &all_kernels);
     let kept = near(a, halo, &place, &strong(a, &norms, threshold));
     let (start, neighbour) = neighbours(a, &kept);
-    let (of, count) = aggregates(&start, &neighbour);
+    let (mut of, count) = aggregates(&start, &neighbour);
+    let count = merge(groups, &mut of, count);
     // Six unknowns an aggregate, R a node: thin layers of flat cells have little more than two nodes an aggregate.
     let mut sizes = [count as f64, a.rows as f64];
     halo.sum(&mut sizes);
@@ -61,8 +64,9 @@ pub(super) fn coarsen<const R: usize>(
     if halo.is_alone() { room } else { agree(&**halo.ranks(), room) }?;
     let (mut tentative, coarse_kernel) = tentative(&of, count, kernel);
     let largest = largest_diagonal(|i| a.diagonal(i), halo);
-    let inverses: Vec<Block<R, R>> =
+    let mut inverses: Vec<Block<R, R>> =
         (0..a.rows).into_par_iter().map(|i| inverse_beside(&a.diagonal(i), largest)).collect();
+    groups.iter().flatten().for_each(|&v| inverses[v as usize] = [[0.0; R]; R]);
     let (of, coarse) = aggregates_of_ghosts(halo, of, count);
     halo.update(&mut tentative);
     let all_coarse = coarse.extended(&coarse_kernel);

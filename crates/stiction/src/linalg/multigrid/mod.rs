@@ -29,6 +29,7 @@ mod relative_coordinates;
 mod relative_matrix;
 mod relative_rows;
 mod smoother;
+mod stiff_groups;
 #[cfg(test)]
 mod tests;
 mod truncation;
@@ -46,6 +47,7 @@ use super::Stop;
 use crate::Error;
 use crate::ranks::Halo;
 use absolute_sweeps::AbsoluteSweeps;
+use aggregate::diagonal_norms;
 use between_ranks::gathered;
 use coarsen::{Coarser, coarsen, copied, product_of};
 use coarsest::CoarsestFactor;
@@ -53,6 +55,7 @@ use coulomb_coupling::CoulombCoupling;
 use packed::{Packed, add_to, in_units, largest, scaled};
 use quadratic::Linear;
 use smoother::Level;
+use stiff_groups::{StiffGroups, stiff_groups, without};
 use truncation::{Support, Truncation};
 
 /// A hierarchy of matrices, used as a preconditioner: one V-cycle with a forward Gauss-Seidel sweep before and a
@@ -85,6 +88,8 @@ pub(crate) struct Hierarchy {
     truncation: Truncation,
     /// Of the finest level.
     absolute: AbsoluteSweeps,
+    /// Of the finest level.
+    stiff: StiffGroups,
 }
 
 // Parameters of the hierarchy. The counts they were chosen by: docs/notes/2026-11-23-multigrid-trials.md.
@@ -148,10 +153,12 @@ impl Hierarchy {
         stop: &Stop,
     ) -> Result<Option<Hierarchy>, Error> {
         let (plain, relative) = (a.of_displacements(), a.relative.as_ref());
+        let groups = stiff_groups(plain, &diagonal_norms(plain));
         let (contact_halo, ghosts) = contact_ghosts(a, contact_nodes);
         let (linear, step, support) = match linear {
             None => {
-                let Some(mut step) = aggregated(plain, &a.halo, kernel, contact_nodes)? else { return Ok(None) };
+                let free = without(&groups, &contact_nodes[..constrained]);
+                let Some(mut step) = aggregated(plain, &a.halo, kernel, &free, contact_nodes)? else { return Ok(None) };
                 stop.check()?;
                 if let Some(relative) = relative {
                     step = relative.transform_step(step, a, contact_nodes);
@@ -172,11 +179,16 @@ impl Hierarchy {
                     linear = relative.transform_step(linear, a, contact_nodes);
                 }
                 stop.check()?;
-                let Some(step) = aggregated(&linear.matrix, &linear.halo, &linear.kernel, &[])? else {
+                let groups = stiff_groups(&linear.matrix, &diagonal_norms(&linear.matrix));
+                let constrained = contact_nodes[..constrained].iter();
+                let named: Vec<u32> =
+                    constrained.flat_map(|&v| linear.prolongation.row(v as usize).0).copied().collect();
+                let free = without(&groups, &named);
+                let Some(step) = aggregated(&linear.matrix, &linear.halo, &linear.kernel, &free, &[])? else {
                     return Ok(None);
                 };
                 let step = agglomerated(step);
-                let linear = Linear::new(&linear, &[contact_nodes, &ghosts].concat());
+                let linear = Linear::new(&linear, &groups, &[contact_nodes, &ghosts].concat());
                 let support = linear.support.within(&step.prolongation);
                 (Some(linear), step, support)
             }
@@ -200,7 +212,7 @@ impl Hierarchy {
         while halos[coarse.len()].total() > Threshold::COARSEST_NODES && coarse.len() < Threshold::LEVELS {
             stop.check()?;
             let halo = halos[coarse.len()].among_owners();
-            let Some(step) = coarsen(&matrix, &halo, &kernel, Threshold::STRONG_COARSE, &[])? else { break };
+            let Some(step) = coarsen(&matrix, &halo, &kernel, Threshold::STRONG_COARSE, &[], &[])? else { break };
             let step = agglomerated(step);
             let halo = halo.only(matrix.column.iter().copied());
             let (mut level, prolongation) = (Level::new(&matrix, halo), Packed::new(&step.prolongation));
@@ -234,6 +246,7 @@ impl Hierarchy {
             coulomb_coupling: CoulombCoupling::default(),
             truncation,
             absolute,
+            stiff: StiffGroups::new(&groups, a.halo.own(), contact_nodes, |nodes| a.rows_at(nodes)),
         };
         let mut sizes = hierarchy.busiest_sizes();
         if a.halo.is_divided() {
@@ -290,6 +303,7 @@ impl Hierarchy {
         }
         let b = in_units(scale, b);
         let (mut x, mut residual) = self.fine.forward(&b);
+        self.stiff.forward(&self.fine.matrix, &mut x, &mut residual);
         self.absolute.forward(&self.fine, &mut x, &mut residual, &self.coulomb);
         let residual = self.truncated_residual(&x, residual);
         match &self.linear {
@@ -305,6 +319,7 @@ impl Hierarchy {
         }
         self.zero_constrained(&mut x);
         self.absolute.backward(&self.fine.matrix, &b, &mut x, &self.coulomb);
+        self.stiff.backward(&self.fine.matrix, &b, &mut x);
         self.fine.backward(&b, &mut x);
         scaled(scale, &x[..b.len()])
     }
@@ -321,7 +336,8 @@ impl Hierarchy {
         let halo = &linear.level.halo;
         let mut b = linear.prolongation.transpose_times(residual, halo.len());
         halo.add(&mut b, add_to);
-        let (mut y, residual) = linear.level.forward(&b);
+        let (mut y, mut residual) = linear.level.forward(&b);
+        linear.stiff.forward(&linear.level.matrix, &mut y, &mut residual);
         let mut coarse = self.restricted(&residual);
         if self.has_lifts() {
             // Lifts test the forces of the finest level, as they are before the sweep on this one.
@@ -332,6 +348,7 @@ impl Hierarchy {
             coarse.iter_mut().flatten().zip(change).for_each(|(coarse, change)| *coarse += change);
         }
         self.first.add_times(&self.correction(0, &coarse), &mut y[..b.len()]);
+        linear.stiff.backward(&linear.level.matrix, &b, &mut y);
         linear.level.backward(&b, &mut y);
         halo.update(&mut y);
         y
@@ -394,6 +411,7 @@ fn aggregated(
     a: &Blocks<3, 3>,
     halo: &Halo,
     kernel: &[Kernel<3>],
+    groups: &[Vec<u32>],
     contact_nodes: &[u32],
 ) -> Result<Option<Coarser<3>>, Error> {
     let copy = || copied(a, halo, kernel, contact_nodes);
@@ -401,7 +419,7 @@ fn aggregated(
         return Ok(copy());
     }
     let is_small = halo.total() <= Threshold::COARSEST_LIMIT;
-    Ok(coarsen(a, halo, kernel, Threshold::STRONG, contact_nodes)?.or_else(|| is_small.then(copy).flatten()))
+    Ok(coarsen(a, halo, kernel, Threshold::STRONG, groups, contact_nodes)?.or_else(|| is_small.then(copy).flatten()))
 }
 
 /// Agglomerates a coarse level that has too few nodes for each rank: groups of consecutive ranks, the larger the fewer nodes

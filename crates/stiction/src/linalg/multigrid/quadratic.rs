@@ -1,10 +1,11 @@
 use super::between_ranks::Reach;
-use super::blocks::{Block, Blocks};
+use super::blocks::{Block, Blocks, rows_at};
 use super::coarsen::{Coarser, Kernel};
 use super::dense::add_product;
 use super::distance::place;
 use super::packed::Packed;
 use super::smoother::Level;
+use super::stiff_groups::StiffGroups;
 use super::truncation::{Support, TouchedRows};
 use crate::ranks::Halo;
 
@@ -130,11 +131,12 @@ pub(super) struct Linear {
     /// The nodes whose rows may change, and these rows.
     pub reach: Reach,
     pub rows: TouchedRows<3>,
+    pub stiff: StiffGroups,
 }
 
 impl Linear {
     /// With the contact nodes of this rank, and then its ghosts among those of others.
-    pub(super) fn new(step: &Coarser<3, 3>, contact_nodes: &[u32]) -> Linear {
+    pub(super) fn new(step: &Coarser<3, 3>, groups: &[Vec<u32>], contact_nodes: &[u32]) -> Linear {
         let support = Support::of_step(step, contact_nodes);
         let reach = Reach::new(&step.halo, support.touched());
         let rows = TouchedRows::of(&step.matrix, &reach.touched);
@@ -142,6 +144,8 @@ impl Linear {
         level.expect_changes(&reach.touched);
         level.damp_less();
         let prolongation = Packed::new(&step.prolongation);
-        Linear { level, prolongation, support, reach, rows }
+        let rows_of = |nodes: &[u32]| rows_at(nodes, step.matrix.cols, |v| step.matrix.row(v as usize));
+        let stiff = StiffGroups::new(groups, step.halo.own(), &[], rows_of);
+        Linear { level, prolongation, support, reach, rows, stiff }
     }
 }

@@ -1,7 +1,7 @@
 use std::borrow::Cow;
 
 use super::RelativeCoordinates;
-use super::blocks::{Block, Blocks};
+use super::blocks::{Block, Blocks, rows_at};
 use super::packed::Packed;
 use super::relative_coordinates::places;
 use super::relative_rows::{RelativeRows, diagonal};
@@ -118,6 +118,14 @@ impl RelativeMatrix {
         match self.others() {
             Some(others) => Level::of(others.packed(), self.halo.clone(), |i| others.diagonal(i)),
             None => Level::of(Packed::of_rows(self.len(), |i| self.row(i)), self.halo.clone(), |i| self.diagonal(i)),
+        }
+    }
+
+    /// The rows of these nodes in double precision, in this order.
+    pub(super) fn rows_at(&self, nodes: &[u32]) -> Blocks<3, 3> {
+        match self.others() {
+            Some(others) => others.of(nodes),
+            None => rows_at(nodes, self.a.cols, |v| self.row(v as usize)),
         }
     }
 

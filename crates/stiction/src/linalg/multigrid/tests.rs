@@ -12,7 +12,7 @@ pub(super) fn coarsen<const R: usize>(
     threshold: f64,
     wanted: &[u32],
 ) -> Result<Option<Coarser<R>>, Error> {
-    super::coarsen(a, &Halo::alone(a.rows), kernel, threshold, wanted)
+    super::coarsen(a, &Halo::alone(a.rows), kernel, threshold, &[], wanted)
 }
 
 /// A lattice of springs along edges and face diagonals with steps of these lengths, weakly supported everywhere: an

@@ -300,6 +300,7 @@ impl Hierarchy {
             let symmetric = inverse_on(&diagonal, &constraint.constrained.map(|h| !h));
             self.fine.inverse[v as usize] = single(&coupled_inverse(&symmetric, &diagonal, constraint.coulomb));
         }
+        self.stiff.constrain(constraints);
         self.coulomb.clear();
         let rows = constraints.iter().zip(nodes).filter(|(c, _)| c.coulomb != [0.0; 2]);
         self.coulomb.extend(rows.map(|(c, &v)| (v, c.coulomb.map(|f| f as f32))));
@@ -346,6 +347,7 @@ impl Hierarchy {
             let change = truncation.change(&linear.support, &reach.reach, both, linear.level.halo.len());
             change_rows(&mut linear.level, &reach.touched, &mut linear.rows, &reach.rows(change));
             linear.level.damp();
+            linear.stiff.set_rows(&reach.touched, &linear.level.matrix, &linear.rows.now);
         }
         let reach = &truncation.touched[0];
         let change = truncation.change(&truncation.support, &reach.reach, both, self.first_coarse());
