@@ -57,6 +57,31 @@ fn contact_at_rigid_nodes_is_said_to_be_shared_out_by_nothing() {
     assert_eq!(notes("distributing", "friction = \"none\""), [""; 0]);
 }
 
+/// A square foot whose bottom a coupling makes rigid is pressed onto a block and twisted. What a quarter turn leaves as it is does not move
+/// its middle, and a foot of a thousand times the modulus, held at its top, turns as far. The faces of the foot are the smaller ones, but nothing
+/// determines what each of its nodes bears, and so how far friction goes: the block has the points.
+#[test]
+fn a_rigid_face_leaves_the_contact_points_to_the_elastic_body() {
+    let text = |on: &str, z: f64, young: f64| {
+        let parts = "[mesh.parts.p]\nblock = { size = [2, 2, 1], cells = [4, 4, 2], element = \"hex8\" }\n[mesh.parts.base]\n\
+                     block = { size = [2, 2, 1], cells = [2, 2, 2], element = \"hex8\" }\nmove = [0, 0, -1]\n";
+        let materials = format!(
+            "[materials.p]\non = \"p\"\nyoung = {young}\npoisson = 0.3\n[materials.base]\non = \"base\"\nyoung = 210e3\n\
+             poisson = 0.3\n[[fix]]\non = \"base.z-min\"\n"
+        );
+        let contact = "[[contact]]\non = \"p.z-min\"\nagainst = \"base.z-max\"\nfriction = { coulomb = 0.3 }\n";
+        let coupling = format!(
+            "[[coupling]]\non = \"p.{on}\"\npoint = [1, 1, {z}]\nkind = \"rigid\"\nforce = [0, 0, -1000]\nmoment = [0, 0, 230]\n"
+        );
+        parts.to_string() + &materials + contact + &coupling
+    };
+    let rigid = state(&solved(&text("z-min", 0.0, 210e3)));
+    let stiff = state(&solved(&text("z-max", 1.0, 210e6)));
+    let size = rigid.rotation[2];
+    assert!(rigid.displacement[..2].iter().all(|u| u.abs() < 1e-7 * size), "{rigid:?}");
+    assert!((stiff.rotation[2] - size).abs() < 2e-3 * size, "{} {size}", stiff.rotation[2]);
+}
+
 /// Pulled and bent at a point off its axis a slender body without shear follows the theory of beams exactly: quadratic
 /// hexahedra hold a constant moment. The force acts along x at (4, 0.3, 1.5), the axis is at (y, z) = (0.5, 1).
 #[test]

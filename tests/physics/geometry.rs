@@ -1,7 +1,9 @@
 //! Posing contact: gaps, overlaps, supports on the contact surface, symmetry.
 
 use stiction::contact::{Obstacle, Side, SurfaceFriction};
+use stiction::io::case;
 use stiction::mesh::{Block, BlockElement, block};
+use stiction::run::prepare;
 use stiction_fixtures::*;
 
 const COULOMB: SurfaceFriction = SurfaceFriction::Coulomb(0.3);
@@ -69,6 +71,25 @@ fn a_surface_that_faces_away_is_counted() {
     let above = Obstacle::Plane { point: [0.0, 0.0, -1.0], normal: [0.0, 0.0, -1.0] };
     let posed = cube().contact("z-min", above, COULOMB).pose();
     assert_eq!(posed.facts[0].facing_away, 25);
+}
+
+/// An obstacle that no point of a contact can meet is named in a warning: it is on the other side. One that is met is not.
+#[test]
+fn an_obstacle_whose_normal_points_away_from_the_body_is_warned_of() {
+    let warnings = |normal: f64| {
+        let text = case_run::block([2.0, 1.0, 1.0], [4, 2, 2], "element = \"hex8\"")
+            + "[materials.m]\nyoung = 1e4\npoisson = 0.3\n[[fix]]\non = \"z-max\"\nvalue = [0, 0, -2e-3]\n[[contact]]\non = \"z-min\"\n"
+            + &format!(
+                "against = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, {normal}] }} }}\nfriction = \"none\"\n"
+            );
+        prepare(&case::parse(&text, "case.toml", &[]).unwrap()).unwrap().facts.warnings
+    };
+    assert_eq!(warnings(1.0), [""; 0]);
+    let said = warnings(-1.0);
+    assert!(
+        said.len() == 1 && said[0].contains("all 15 points face away") && said[0].contains("turn its normal"),
+        "{said:?}"
+    );
 }
 
 #[test]

@@ -377,6 +377,13 @@ pub struct CouplingSpec {
     pub spot: Spot,
 }
 
+impl CouplingSpec {
+    /// Whether its nodes move as one rigid body, in all directions.
+    pub(crate) fn is_rigid(&self) -> bool {
+        !self.distributing && self.components == [true; 3]
+    }
+}
+
 /// A bolt that is tightened.
 #[derive(Debug, Clone)]
 pub struct BoltSpec {

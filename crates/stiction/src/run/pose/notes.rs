@@ -76,7 +76,7 @@ impl Noted<'_> {
 
     /// Contact points that rigid couplings move: forces of more than three on a rigid face, or two on a rigid line, are not determined.
     fn rigid_contact(&self) -> Vec<String> {
-        let rigid = self.case.couplings.iter().filter(|spec| !spec.distributing && spec.components == [true; 3]);
+        let rigid = self.case.couplings.iter().filter(|spec| spec.is_rigid());
         let of_coupling = |spec: &CouplingSpec| {
             let nodes: HashSet<u32> =
                 regions::nodes(self.nodes_of, &spec.on, &spec.spot).unwrap_or_default().into_iter().collect();
@@ -89,10 +89,14 @@ impl Noted<'_> {
                         SurfaceFriction::None => "",
                         _ => "; friction there, and what it does to displacements, may differ with it",
                     };
+                    let remedy = match contact.surface.pair {
+                        Some(_) => "; let `slave` name the other surface",
+                        None => "",
+                    };
                     format!(
                         "contact \"{}\": {count} points are at nodes of the rigid coupling \"{name}\": where several of \
                          them press, the sum and the moment of their forces are determined, not each force and its \
-                         pressure{with_friction}",
+                         pressure{with_friction}{remedy}",
                         contact.surface.name
                     )
                 })
@@ -120,6 +124,11 @@ impl ContactFacts {
 
     /// What is probably not what was meant.
     pub(crate) fn warning(&self) -> Option<String> {
+        let s = &self.surface;
+        if s.points > 0 && s.facing_away == s.points {
+            let all = format!("all {} points face away from the obstacle, which meets nothing then", s.points);
+            return Some(format!("contact \"{}\": {all}; turn its normal around, or set its `side`", s.name));
+        }
         let slave = self.surface.pair.as_ref().map(|pair| &self.names[usize::from(pair.slave == Role::Against)]);
         much_taken(&self.surface, &slave.map_or(String::new(), |slave| format!(" of {slave}")))
     }

@@ -109,7 +109,7 @@ fn posed(case: &Case, entries: Entries) -> Result<Prepared, Error> {
     add_springs(&mesh, &springs, &mut model)?;
     model.dofs.follows = cuts.iter().flat_map(Cuts::followers).collect();
     let assembled = lap();
-    surfaces::assign(&solid, &model.dofs, &mut surfaces);
+    surfaces::assign(&solid, &model.dofs, &case.couplings, &mut surfaces);
     let of = surfaces::reverse(&solid, &model.dofs, &mut surfaces);
     let widened = surfaces::widened(&case.contacts);
     refuse_loss_without_steps(&case.contacts, &case.steps)?;

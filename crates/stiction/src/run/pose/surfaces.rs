@@ -1,5 +1,6 @@
 //! Contact surfaces of a case, on the mesh.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::{place, regions};
@@ -9,7 +10,7 @@ use crate::contact::{
     may_change_sides, reverse_where_constrained, sides_to_change,
 };
 use crate::fem::{DofMap, Solid};
-use crate::io::case::{AgainstSpec, ContactSpec, Placing, Region, Spot, StepSpec, SurfaceFile};
+use crate::io::case::{AgainstSpec, ContactSpec, CouplingSpec, Placing, Region, Spot, StepSpec, SurfaceFile};
 use crate::io::surface;
 use crate::mesh::Mesh;
 use crate::mesh::v3::add;
@@ -89,9 +90,10 @@ fn triangles(file: &SurfaceFile) -> Result<Obstacle, Error> {
 }
 
 /// Lets the slave of each pair be what the case asks for, or [`choose_slave`] and what contacts have in common say.
-pub(crate) fn assign(solid: &Solid, dofs: &DofMap, surfaces: &mut [ContactSurface]) {
+pub(crate) fn assign(solid: &Solid, dofs: &DofMap, couplings: &[CouplingSpec], surfaces: &mut [ContactSurface]) {
+    let rigid = rigid_nodes(solid.mesh, couplings);
     let young = |surface: &ContactSurface| match &surface.against {
-        Counterpart::Surface(master) => [&surface.faces, &master.faces].map(|faces| young(solid, faces)),
+        Counterpart::Surface(master) => [&surface.faces, &master.faces].map(|faces| young(solid, &rigid, faces)),
         Counterpart::Obstacle(_) => [0.0; 2],
     };
     for surface in surfaces.iter_mut() {
@@ -129,8 +131,18 @@ pub(crate) fn reverse(solid: &Solid, dofs: &DofMap, surfaces: &mut Vec<ContactSu
     of
 }
 
-/// Mean modulus of the cells behind the faces.
-fn young(solid: &Solid, faces: &[u32]) -> f64 {
+/// The nodes that rigid couplings move as a whole.
+fn rigid_nodes(mesh: &Mesh, couplings: &[CouplingSpec]) -> HashSet<u32> {
+    let rigid = couplings.iter().filter(|spec| spec.is_rigid());
+    rigid.flat_map(|spec| regions::nodes(mesh, &spec.on, &spec.spot).unwrap_or_default()).collect()
+}
+
+/// Mean modulus of the cells behind the faces; infinite where most of their nodes are `rigid`: nothing determines the forces of single ones.
+fn young(solid: &Solid, rigid: &HashSet<u32>, faces: &[u32]) -> f64 {
+    let nodes = solid.mesh.face_nodes(faces);
+    if 2 * nodes.iter().filter(|&node| rigid.contains(node)).count() > nodes.len() {
+        return f64::INFINITY;
+    }
     let of = |&face: &u32| {
         let cell = solid.mesh.faces[face as usize].cell as usize;
         solid.materials[solid.material_of_cell[cell] as usize].young

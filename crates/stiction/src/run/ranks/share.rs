@@ -369,7 +369,7 @@ fn contact(
     let mesh = solid.mesh;
     refuse_loss_without_steps(&case.contacts, &case.steps)?;
     let mut surfaces = surfaces::surfaces(mesh, &case.contacts, &case.steps)?;
-    surfaces::assign(solid, dofs, &mut surfaces);
+    surfaces::assign(solid, dofs, &case.couplings, &mut surfaces);
     let of = surfaces::reverse(solid, dofs, &mut surfaces);
     for (surface, &k) in surfaces.iter().zip(&of) {
         // Nodes that make up no face may lie inside, which rank 0 has of a whole alone.
