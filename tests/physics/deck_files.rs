@@ -41,8 +41,8 @@ const WANTED: &[Wanted] = &[
     // Poisson's ratio 0.25: 10/1000/4 per length across.
     ("sector", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.02), ([1.0, 1.0, 2.0], 0, 0.0025), ([0.0, 1.0, 2.0], 1, 0.0025)]),
     ("equations", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.02), ([0.0, 1.0, 2.0], 2, -0.02)]),
-    // Tightened by 10, then drawn by a thousandth of its length.
-    ("bolt", &[], &[([0.0, 0.0, 1.0], 2, 0.011)]),
+    // Tightened by 10, then drawn by a thousandth of its length; the nodes of the cut go with the upper elements.
+    ("bolt", &[], &[([0.0, 0.0, 1.0], 2, -0.019)]),
     ("spread", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.02)]),
     ("held", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.02)]),
     // The upper cube has a modulus of 500 along its first axis, which is z.

@@ -117,12 +117,15 @@ impl Writer<'_, '_> {
             self.out.table("[[bolt]]", of_card(card));
             self.out.line("on", &quoted(&group));
             if let Some(normal) = normal {
-                if dot(normal, self.outward(&faces)) < 0.0 {
+                // The nodes of the cut move with the cells before it along the axis: here with the elements that are not those of the
+                // surface, as in CalculiX.
+                let looks_in = dot(normal, self.outward(&faces)) < 0.0;
+                if looks_in {
                     value = value.times(-1.0);
                     let note = "*PRE-TENSION SECTION: the vector looks into the elements of the surface: the signs of force and shortening are turned";
                     self.reader.notes.add(note);
                 }
-                self.out.line("axis", &triple(normal));
+                self.out.line("axis", &triple(if looks_in { normal } else { scale(-1.0, normal) }));
             }
             self.out.line(tightened.0, &value.toml());
             if let Some(step) = locked {
