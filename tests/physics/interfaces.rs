@@ -55,6 +55,22 @@ fn with_cohesion_nothing_is_said_to_be_known_of_other_solutions() {
     }
 }
 
+/// What is not solved is no solution, and nothing is said of others.
+#[test]
+fn nothing_is_said_of_other_solutions_where_none_is_found() {
+    for path in PATHS {
+        let text = cube([0.01, -1.0 / YOUNG], 0.0, "{ coulomb = 0.5, cohesion = 0.3 }", path);
+        let case = case::parse(&text, "case.toml", &[]).unwrap();
+        let prepared = prepare(&case).unwrap();
+        let mut settings = Settings::of(&case.solver);
+        settings.solver.max_iterations = 1;
+        let outcome = solve(&prepared, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+        assert_eq!(outcome.solution.status, Status::MaxIterations, "{path}");
+        let report = stiction::run::report(&prepared, &outcome).to_string();
+        assert!(report.contains("NOT SOLVED") && !report.contains("a solution"), "{path}: {report}");
+    }
+}
+
 /// Slides under `c + F p` at any pressure, pulls up to the cut-off included, and sticks just below.
 #[test]
 fn a_block_slides_at_cohesion_and_friction_and_sticks_just_below() {

@@ -69,7 +69,9 @@ pub(super) fn rows(case: &Case, summary: &Summary, known: Known) -> Vec<Row> {
     couple_rows(&mut rows, known.couples);
     displacement_row(&mut rows, known.displacement);
     answer.smallness.iter().for_each(|of| rows.add("deformation", smallness_text::line(of)));
-    uniqueness_row(&mut rows, answer.coulomb.as_ref(), answer.path, known.laws);
+    if answer.status == Status::Solved {
+        uniqueness_row(&mut rows, answer.coulomb.as_ref(), answer.path, known.laws);
+    }
     match &answer.solutions {
         Some(found) => solutions(&mut rows, found),
         None if case.solver.starts.is_some() => {

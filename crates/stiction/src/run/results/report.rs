@@ -93,7 +93,10 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     outcome.bound.iter().for_each(|bound| accuracy_text::bound(&mut rows, &BoundRecord::of(bound)));
     outcome.accuracy.iter().for_each(|accuracy| accuracy_text::rows(&mut rows, accuracy));
     let facts = outcome.coulomb.as_ref().map(UniquenessRecord::of);
-    uniqueness_row(&mut rows, facts.as_ref(), outcome.solution.path, Laws::of(&prepared.problem.contact.friction));
+    if outcome.solution.status == Status::Solved {
+        let laws = Laws::of(&prepared.problem.contact.friction);
+        uniqueness_row(&mut rows, facts.as_ref(), outcome.solution.path, laws);
+    }
     if let Some(found) = &outcome.solutions {
         solutions(&mut rows, &SolutionsRecord::of(prepared, found));
     }
