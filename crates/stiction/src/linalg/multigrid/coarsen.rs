@@ -33,7 +33,8 @@ pub(super) struct Coarser<const R: usize, const C: usize = 6> {
 /// Smoothed aggregation (Vanek, Mandel & Brezina 1996): six unknowns an aggregate, which represent the near-kernel
 /// there exactly; the prolongation smoothed by one damped block Jacobi step. Aggregates and the reach of the
 /// prolongation follow couplings that are strong and near. `None` if that does not make the matrix coarser. Rows of `A P`
-/// are kept for the nodes `wanted`. Each of the stiff `groups` is in one aggregate, and the prolongation is not smoothed there. An error where there is no memory for it.
+/// are kept for the nodes `wanted`. Each of the stiff `groups` is in one aggregate, and the prolongation is not smoothed
+/// there. An error where there is no memory for it.
 pub(super) fn coarsen<const R: usize>(
     a: &Blocks<R, R>,
     halo: &Halo,

@@ -131,11 +131,12 @@ pub(super) struct Linear {
     /// The nodes whose rows may change, and these rows.
     pub reach: Reach,
     pub rows: TouchedRows<3>,
+    /// Solved for together after the sweeps.
     pub stiff: StiffGroups,
 }
 
 impl Linear {
-    /// With the contact nodes of this rank, and then its ghosts among those of others.
+    /// With its stiff groups, the contact nodes of this rank, and then its ghosts among those of others.
     pub(super) fn new(step: &Coarser<3, 3>, groups: &[Vec<u32>], contact_nodes: &[u32]) -> Linear {
         let support = Support::of_step(step, contact_nodes);
         let reach = Reach::new(&step.halo, support.touched());

@@ -3,7 +3,8 @@
 //!
 //! A sweep moves one node at a time, and each of these is held by the others, so that the group as a whole does not follow the body around
 //! it. Its motion is found by a solve for all of its nodes together, as in overlapping Schwarz methods. On coarse levels a
-//! group is in one aggregate, whose functions are rigid motions there: the stiffness of the group is in no coarse matrix.
+//! group is in one aggregate, unless it has contact points: its functions are rigid motions there, and the stiffness of the group is in no
+//! coarse matrix.
 
 use std::collections::{HashMap, HashSet};
 
@@ -38,8 +39,8 @@ impl Threshold {
 
 /// The groups of a matrix among its rows, each ascending; `norms` are those of the diagonal blocks.
 ///
-/// A group is stiff nodes that are coupled closely, directly or over others. Where they are coupled as closely with more nodes outside of it,
-/// they are the border of a stiffer part, which aggregation follows, and no group.
+/// A group is stiff nodes that are coupled closely, directly or over others. Where more than half as many nodes outside are coupled closely with
+/// them, they are the border of a stiffer part, which aggregation follows, and no group.
 pub(super) fn stiff_groups<const R: usize>(a: &Blocks<R, R>, norms: &[f64]) -> Vec<Vec<u32>> {
     let others = |i: usize| a.row(i).0.iter().map(|&j| j as usize).filter(move |&j| j != i && j < a.rows);
     let is_stiff = |i: usize| {
