@@ -177,8 +177,9 @@ impl ContactFacts {
         note(away, format!("{away} nodes are on faces that look away from the obstacle, and carry no contact force"));
         let back = "triangles of the obstacle turn their backs to the body, nearer than those that are met";
         note(s.behind_backs, format!("at {} points {back}: turn them around, or set its `side`", s.behind_backs));
+        // All of them are a warning.
         note(
-            s.facing_away,
+            if s.facing_away < s.points { s.facing_away } else { 0 },
             format!("{} points face away from the obstacle; check the normal or `side` of the obstacle", s.facing_away),
         );
         notes
