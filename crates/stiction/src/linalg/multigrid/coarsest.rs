@@ -3,7 +3,7 @@ use crate::linalg::{kernels, vectorised};
 use super::blocks::Blocks;
 use super::dense::NO_STIFFNESS;
 
-/// The dense Cholesky factor of the coarsest matrix; singular directions are left out.
+/// The dense Cholesky factor of the coarsest matrix, or of that of a few nodes; singular directions are left out.
 #[derive(Debug, Clone, Default)]
 pub(super) struct CoarsestFactor {
     size: usize,
@@ -29,6 +29,11 @@ impl CoarsestFactor {
                 }
             }
         }
+        CoarsestFactor::of(n, lower)
+    }
+
+    /// Of a matrix of `n` rows, by columns, of which what is below the diagonal counts.
+    pub(super) fn of(n: usize, mut lower: Vec<f64>) -> Self {
         let least = NO_STIFFNESS * (0..n).map(|k| lower[k * n + k]).fold(0.0, f64::max);
         let mut singular = 0;
         for k in 0..n {
@@ -64,8 +69,13 @@ impl CoarsestFactor {
     /// `A⁻¹ b`.
     pub(super) fn solve(&self, b: &[[f32; 6]]) -> Vec<[f32; 6]> {
         let mut x: Vec<f64> = b.iter().flatten().map(|&v| f64::from(v)).collect();
-        kernels::forward(&self.lower, self.size, self.size, &mut x);
-        kernels::backward(&self.lower, self.size, self.size, &mut x);
+        self.solve_in_place(&mut x);
         x.as_chunks().0.iter().map(|c: &[f64; 6]| c.map(|v| v as f32)).collect()
+    }
+
+    /// The same for as many numbers as the matrix has rows.
+    pub(super) fn solve_in_place(&self, x: &mut [f64]) {
+        kernels::forward(&self.lower, self.size, self.size, x);
+        kernels::backward(&self.lower, self.size, self.size, x);
     }
 }

@@ -11,6 +11,7 @@ use std::collections::{HashMap, HashSet};
 use rayon::prelude::*;
 
 use super::blocks::{Block, Blocks};
+use super::coarsest::CoarsestFactor;
 use super::dense::square;
 use super::packed::{Packed, Single, add_transposed, double, single, subtract};
 use super::truncation::NodeConstraint;
@@ -33,8 +34,6 @@ impl Threshold {
     /// A group has at least so many times as many nodes as are coupled closely with them from outside. Lines of nodes on a layer ten thousand times as
     /// stiff as the next one, of long cells, have about as many outside: as groups they take 33 cycles in place of 16.
     const INSIDE: usize = 2;
-    /// A pivot below this part of its diagonal entry is rounding.
-    const PIVOT: f64 = 1e-13;
 }
 
 /// The groups of a matrix among its rows, each ascending; `norms` are those of the diagonal blocks.
@@ -127,7 +126,7 @@ struct Group {
     constrained: Vec<[bool; 3]>,
     /// The Coulomb coupling of each node, which the forces contain and the matrix does not.
     coulomb: Vec<[f32; 2]>,
-    inverse: Vec<f64>,
+    factor: CoarsestFactor,
 }
 
 impl StiffGroups {
@@ -158,36 +157,39 @@ impl StiffGroups {
                     springs: vec![[[0.0; 3]; 3]; nodes.len()],
                     constrained: vec![[false; 3]; nodes.len()],
                     coulomb: vec![[0.0; 2]; nodes.len()],
-                    inverse: Vec::new(),
+                    factor: CoarsestFactor::default(),
                     nodes,
                 };
                 inner.iter().enumerate().for_each(|(k, &i)| group.set_row(k, rows.entries_of(i)));
-                group.invert();
+                group.factorise();
                 group
             })
         };
         StiffGroups { groups: groups.iter().filter_map(of).collect() }
     }
 
-    /// Takes new rows `touched` of the matrix, whose blocks are one after the other.
+    /// Takes new rows `touched` of the matrix, ascending, whose blocks are one after the other.
     pub(super) fn set_rows(&mut self, touched: &[u32], a: &Packed<3, 3>, blocks: &[Block<3, 3>]) {
         if self.groups.is_empty() {
             return;
         }
-        let mut end = 0;
-        let mut is_new = vec![false; self.groups.len()];
+        let (mut begin, mut end) = (Vec::with_capacity(touched.len()), 0);
         for &v in touched {
-            let columns = a.row(v as usize).0;
-            let row = columns.iter().copied().zip(&blocks[end..end + columns.len()]);
-            end += columns.len();
-            for (group, is_new) in self.groups.iter_mut().zip(&mut is_new) {
-                if let Ok(k) = group.nodes.binary_search(&v) {
-                    group.set_row(k, row.clone());
-                    *is_new = true;
-                }
+            begin.push(end);
+            end += a.row(v as usize).0.len();
+        }
+        for group in &mut self.groups {
+            let mut is_new = false;
+            for k in 0..group.nodes.len() {
+                let v = group.nodes[k];
+                let Ok(t) = touched.binary_search(&v) else { continue };
+                group.set_row(k, a.row(v as usize).0.iter().copied().zip(&blocks[begin[t]..]));
+                is_new = true;
+            }
+            if is_new {
+                group.factorise();
             }
         }
-        self.groups.iter_mut().zip(is_new).filter(|(_, is_new)| *is_new).for_each(|(group, _)| group.invert());
     }
 
     /// Takes the constraints of contact nodes.
@@ -202,7 +204,7 @@ impl StiffGroups {
                 group.coulomb[k] = constraint.coulomb.map(|f| f as f32);
             }
             if is_new {
-                group.invert();
+                group.factorise();
             }
         }
     }
@@ -251,44 +253,18 @@ impl Group {
         }
     }
 
-    /// The inverse on the free components, by Cholesky's factor.
-    fn invert(&mut self) {
+    /// Factorises the matrix on the free components.
+    fn factorise(&mut self) {
         let n = 3 * self.nodes.len();
-        let is_free = |i: usize| !self.constrained[i / 3][i % 3];
-        let mut l = self.matrix.clone();
-        for (k, spring) in self.springs.iter().enumerate() {
+        let mut lower = self.matrix.clone();
+        for (k, (spring, constrained)) in self.springs.iter().zip(&self.constrained).enumerate() {
             let spring = double(spring);
-            (0..9).for_each(|rc| l[(3 * k + rc / 3) * n + 3 * k + rc % 3] += spring[rc / 3][rc % 3]);
+            (0..9).for_each(|rc| lower[(3 * k + rc / 3) * n + 3 * k + rc % 3] += spring[rc / 3][rc % 3]);
+            for i in (0..3).filter(|&c| constrained[c]).map(|c| 3 * k + c) {
+                (0..n).for_each(|j| (lower[i * n + j], lower[j * n + i]) = (0.0, 0.0));
+            }
         }
-        let mut kept = vec![false; n];
-        for k in 0..n {
-            let diagonal = l[k * n + k];
-            let pivot = diagonal - (0..k).map(|j| l[k * n + j].powi(2)).sum::<f64>();
-            kept[k] = is_free(k) && pivot > Threshold::PIVOT * diagonal;
-            if !kept[k] {
-                (0..n).for_each(|j| l[k.max(j) * n + k.min(j)] = 0.0);
-                continue;
-            }
-            let scale = pivot.sqrt().recip();
-            for i in k + 1..n {
-                let sum: f64 = (0..k).map(|j| l[i * n + j] * l[k * n + j]).sum();
-                l[i * n + k] = (l[i * n + k] - sum) * scale;
-            }
-            l[k * n + k] = pivot.sqrt();
-        }
-        self.inverse = vec![0.0; n * n];
-        for c in (0..n).filter(|&c| kept[c]) {
-            let mut x = vec![0.0; n];
-            for i in (c..n).filter(|&i| kept[i]) {
-                let sum: f64 = (c..i).map(|j| l[i * n + j] * x[j]).sum();
-                x[i] = (f64::from(u8::from(i == c)) - sum) / l[i * n + i];
-            }
-            for i in (0..n).rev().filter(|&i| kept[i]) {
-                let sum: f64 = (i + 1..n).map(|j| l[j * n + i] * x[j]).sum();
-                x[i] = (x[i] - sum) / l[i * n + i];
-            }
-            (0..n).for_each(|i| self.inverse[i * n + c] = x[i]);
-        }
+        self.factor = CoarsestFactor::of(n, lower);
     }
 
     /// The steps of the nodes for the residual at each of them.
@@ -299,15 +275,16 @@ impl Group {
             (1..3).for_each(|c| force[c] -= self.coulomb[k][c - 1] * normal);
             force.map(f64::from)
         };
-        let r: Vec<f64> = (0..self.nodes.len()).flat_map(force).collect();
-        let row = |i: usize| self.inverse[i * r.len()..][..r.len()].iter().zip(&r).map(|(a, r)| a * r).sum::<f64>();
-        (0..self.nodes.len()).map(|k| std::array::from_fn(|c| row(3 * k + c) as f32)).collect()
+        let mut x: Vec<f64> = (0..self.nodes.len()).flat_map(force).collect();
+        self.factor.solve_in_place(&mut x);
+        x.as_chunks().0.iter().map(|c: &[f64; 3]| c.map(|v| v as f32)).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::aggregate::diagonal_norms;
+    use super::super::blocks::rows_at;
     use super::super::tests::lattice;
     use super::super::{CoarseLevels, Hierarchy, Kernel, RelativeMatrix};
     use super::*;
@@ -357,6 +334,31 @@ mod tests {
         let mut of = [0, 0, 1, 2, 2, 3];
         assert_eq!(merge(&[vec![1, 2]], &mut of, 4), 3);
         assert_eq!(of, [0, 0, 0, 1, 1, 2]);
+    }
+
+    /// Forces that the coupled rows balance, a normal one and what friction bears of it, move nothing; the same without friction do.
+    #[test]
+    fn coupled_forces_in_balance_leave_a_group_where_it_is() {
+        let (a, _) = with_flat_cells(1e3, &[square(200)]);
+        let level = Packed::new(&a);
+        let groups = stiff_groups(&a, &diagonal_norms(&a));
+        let rows = |nodes: &[u32]| rows_at(nodes, a.cols, |v| a.row(v as usize));
+        let mut stiff = StiffGroups::new(&groups, a.rows, &[200], rows);
+        let constrained = [true, false, false];
+        stiff.constrain(&[NodeConstraint { constrained, coulomb: [0.3, -0.2], ..NodeConstraint::default() }]);
+        let moved = |force: [f32; 3]| {
+            let (mut x, mut residual) = (vec![[0.0; 3]; a.rows], vec![[0.0; 3]; a.rows]);
+            residual[200] = force;
+            stiff.forward(&level, &mut x, &mut residual);
+            let mut back = vec![[0.0; 3]; a.rows];
+            let mut b = vec![[0.0; 3]; a.rows];
+            b[200] = force;
+            stiff.backward(&level, &b, &mut back);
+            assert_eq!(x, back);
+            assert_eq!(x[200][0], 0.0);
+            x.iter().flatten().any(|v| *v != 0.0)
+        };
+        assert!(!moved([1.0, 0.3, -0.2]) && moved([1.0, 0.0, 0.0]) && moved([1.0, -0.3, 0.2]));
     }
 
     fn dot(x: &[[f64; 3]], y: &[[f64; 3]]) -> f64 {
