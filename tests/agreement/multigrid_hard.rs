@@ -231,12 +231,11 @@ fn small_contact_zones_at_planes_of_symmetry_take_few_cycles() {
 /// A plate fifty times as wide as thick that bends onto a plane below it: it lies there with a few rows of nodes, while the free
 /// plate would reach far below it.
 fn plate(element: &str, layers: usize, gap: f64, law: [f64; 2]) -> String {
-    plate_of(40, element, layers, gap, law)
+    plate_of(50.0, 40, element, layers, gap, law)
 }
 
-/// The same with so many cells along each side, 1.25 long.
-fn plate_of(cells: usize, element: &str, layers: usize, gap: f64, [load, friction]: [f64; 2]) -> String {
-    let side = 1.25 * cells as f64;
+/// The same of this width, with so many cells along each side.
+fn plate_of(side: f64, cells: usize, element: &str, layers: usize, gap: f64, [load, friction]: [f64; 2]) -> String {
     format!(
         "[mesh]\nblock = {{ size = [{side}, {side}, 1], cells = [{cells}, {cells}, {layers}], element = \"{element}\" }}\n\
          [materials.steel]\nyoung = 210e3\npoisson = 0.3\n\
@@ -256,7 +255,7 @@ fn plates_that_bend_onto_a_plane_take_few_cycles() {
         assert_few_cycles(&plate(element, layers, gap, [0.02, 0.3]), most);
     }
     // The direct path takes half a minute for each of the others.
-    assert_same_forces(&plate_of(24, "hex8", 2, 0.1, [0.02, 0.3]), 35);
+    assert_same_forces(&plate_of(30.0, 24, "hex8", 2, 0.1, [0.02, 0.3]), 35);
 }
 
 /// Pressed harder more of the plate lies on the plane, and rougher it sticks there: where the springs' overlap was taken off at once these
@@ -273,7 +272,31 @@ fn plates_that_are_pressed_onto_a_rough_plane_take_hardly_more() {
         assert_few_cycles(&plate(element, layers, gap, law), most);
     }
     assert_few_cycles(&plate("hex8", 2, 0.02, [0.5, 0.3]), 48);
-    assert_same_forces(&plate_of(24, "hex8", 2, 0.02, [0.5, 0.3]), 48);
+    assert_same_forces(&plate_of(30.0, 24, "hex8", 2, 0.02, [0.5, 0.3]), 48);
+}
+
+/// Linear cells of one layer lock in bending: the linear space keeps the middles of edges along the plate. Where these are nodes of aggregates
+/// like others, aggregates are two cells wide, and the plates take 69 to 141 cycles.
+#[test]
+fn plates_of_second_order_take_as_few_cycles_as_those_of_first_order() {
+    for (cells, element, layers, gap, most) in [
+        (24, "tet10", 1, 0.02, 56),
+        (24, "tet10", 1, 0.1, 61),
+        (24, "hex20", 1, 0.02, 53),
+        (24, "hex20", 1, 0.1, 42),
+        (24, "wedge15", 1, 0.1, 52),
+        (40, "hex20", 2, 0.1, 31),
+    ] {
+        assert_few_cycles(&plate_of(50.0, cells, element, layers, gap, [0.02, 0.3]), most);
+    }
+    assert_same_forces(&plate_of(50.0, 20, "hex20", 1, 0.1, [0.02, 0.3]), 51);
+}
+
+/// After the springs the sets swing within a hundredth of the load. With given friction from the first iterate this plate is not solved in
+/// 1000 cycles.
+#[test]
+fn given_friction_begins_where_the_sets_swing_near_the_answer() {
+    assert_few_cycles(&plate_of(50.0, 24, "wedge15", 1, 0.02, [0.02, 0.3]), 80);
 }
 
 /// Of four layers of flat cells each line through the plate is one aggregate: in two of them the coarse level has more entries than the

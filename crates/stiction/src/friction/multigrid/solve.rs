@@ -251,12 +251,16 @@ fn solve_with(
     };
     let (mut state, mut end, mut target) = (State::default(), End::Stalled, settings.tolerance);
     let floating = FloatingBodies::new(problem, transformed, motions);
-    let (mut certified, mut best) = (None, None);
+    let (mut certified, mut best): (_, Option<(f64, Iterate)>) = (None, None);
     for stage in &STAGES {
         if !(stage.entry)(end, &traits) {
             continue;
         }
-        state = begin.clone().after(&state);
+        let first = match &best {
+            Some((violated, at)) if *violated <= stage.near => State::at(at.u.clone(), &transformed.k),
+            _ => begin.clone(),
+        };
+        state = first.after(&state);
         let subproblem = Subproblem {
             transformed,
             laws: &laws,

@@ -31,6 +31,8 @@ pub(super) struct Stage {
     pub max_resets: fn(&Traits) -> usize,
     /// Violation of balance and law, over the load, above which it has failed, if it began with less.
     pub max_violation: fn(&Traits) -> f64,
+    /// Violation over the load up to which the best iterate of the earlier stages is where it begins.
+    pub near: f64,
 }
 
 /// Violation over the load above which the sets of a body that is held are those of one that bends: a plate of 1:50 has 150 to 200 after
@@ -52,6 +54,7 @@ pub(super) const STAGES: [Stage; 3] = [
         budget: |_, traits| traits.max_iterations,
         max_resets: |traits| if traits.floats { 2 } else { 0 },
         max_violation: |traits| if traits.floats { f64::INFINITY } else { BENDS },
+        near: 0.0,
     },
     // Bodies that bend: springs in place of contact find the sets. They resist no motion of a floating body that is open.
     Stage {
@@ -60,6 +63,7 @@ pub(super) const STAGES: [Stage; 3] = [
         budget: |_, traits| traits.max_iterations,
         max_resets: |_| 0,
         max_violation: |_| f64::INFINITY,
+        near: 0.0,
     },
     // With given friction the solution minimises an energy, whose descent cannot cycle. It also serves convex problems whose
     // cycles are used up, with as many again; with Coulomb friction a limit of cycles is the user's.
@@ -77,6 +81,7 @@ pub(super) const STAGES: [Stage; 3] = [
         },
         max_resets: |_| 0,
         max_violation: |_| f64::INFINITY,
+        near: 0.3,
     },
 ];
 

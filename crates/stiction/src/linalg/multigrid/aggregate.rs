@@ -75,11 +75,10 @@ pub(super) fn aggregates(start: &[usize], neighbour: &[u32]) -> (Vec<u32>, usize
         own >= COUPLED_ALL_AROUND && neighbours(i).iter().all(|&j| neighbours(j as usize).len() > 2 * own)
     };
     for i in 0..n {
-        if n >= COMPONENTS * COMPONENT
-            && of[i] == NONE
-            && let Some(component) = small_component(i, &neighbours)
+        if of[i] == NONE
+            && let Some(line) = line_through(i, n, &neighbours)
         {
-            component.iter().for_each(|&j| of[j as usize] = count);
+            line.iter().for_each(|&j| of[j as usize] = count);
             count += 1;
         }
     }
@@ -115,8 +114,18 @@ pub(super) fn aggregates(start: &[usize], neighbour: &[u32]) -> (Vec<u32>, usize
     (of, count as usize)
 }
 
-/// All nodes that a node is connected with, if they are few and more than itself.
-fn small_component<'n>(i: usize, neighbours: &impl Fn(usize) -> &'n [u32]) -> Option<Vec<u32>> {
+/// Whether each node is in a short line, such as one through a plate of flat cells, which is an aggregate of its own.
+pub(super) fn in_lines(start: &[usize], neighbour: &[u32]) -> Vec<bool> {
+    let n = start.len() - 1;
+    let neighbours = |i: usize| &neighbour[start[i]..start[i + 1]];
+    (0..n).into_par_iter().map(|i| line_through(i, n, &neighbours).is_some()).collect()
+}
+
+/// All of the `n` nodes that a node is connected with, if they are few and more than itself.
+fn line_through<'n>(i: usize, n: usize, neighbours: &impl Fn(usize) -> &'n [u32]) -> Option<Vec<u32>> {
+    if n < COMPONENTS * COMPONENT {
+        return None;
+    }
     let mut found = vec![i as u32];
     let mut next = 0;
     while let Some(&j) = found.get(next) {

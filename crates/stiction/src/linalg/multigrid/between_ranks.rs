@@ -399,7 +399,7 @@ mod tests {
                 let slab = Blocks::from_rows(own.len(), halo.len(), named, |i, row| {
                     a.entries_of(own.start + i).for_each(|(j, block)| *row.at(place(j)) = *block);
                 });
-                let step = coarsen(&slab, &halo, &kernel[own.clone()], 0.05, &[], &[0]).unwrap().unwrap();
+                let step = coarsen(&slab, &halo, &kernel[own.clone()], 0.05, &[], None, &[0]).unwrap().unwrap();
                 let value = |g: u64| std::array::from_fn(|c| ((6 * g + c as u64) as f64 * 0.618).fract() - 0.5);
                 let products = |step: &Coarser<3>| {
                     let mut x: Vec<[f64; 6]> = (0..step.halo.own()).map(|k| value(step.halo.global(k))).collect();

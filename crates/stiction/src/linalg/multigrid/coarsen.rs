@@ -7,6 +7,7 @@ use super::blocks::{Block, Blocks, Row};
 use super::dense::{add_product, add_transpose_product, inverse, inverse_beside, largest_diagonal, square};
 use super::distance::{near, places};
 use super::divided_product::{Product, aggregates_of_ghosts, divided_galerkin};
+use super::middles::Middles;
 use super::stiff_groups::merge;
 use crate::Error;
 use crate::linalg::in_huge_pages;
@@ -34,23 +35,29 @@ pub(super) struct Coarser<const R: usize, const C: usize = 6> {
 /// there exactly; the prolongation smoothed by one damped block Jacobi step. Aggregates and the reach of the
 /// prolongation follow couplings that are strong and near. `None` if that does not make the matrix coarser. Rows of `A P`
 /// are kept for the nodes `wanted`. Each of the stiff `groups` is in one aggregate, and the prolongation is not smoothed
-/// there. An error where there is no memory for it.
+/// there. Of nodes that are middles of edges `ends` has the ends ([`super::NO_NODE`] for others; none where no node is). An error where there
+/// is no memory for it.
 pub(super) fn coarsen<const R: usize>(
     a: &Blocks<R, R>,
     halo: &Halo,
     kernel: &[Kernel<R>],
     threshold: f64,
     groups: &[Vec<u32>],
+    ends: Option<&[[u32; 2]]>,
     wanted: &[u32],
 ) -> Result<Option<Coarser<R>>, Error> {
     let all_kernels = halo.extended(kernel);
     let norms = diagonal_norms(a);
     let norms = halo.extended(&norms);
     let place = places(a, halo, &norms, &all_kernels);
-    let kept = near(a, halo, &place, &strong(a, &norms, threshold));
+    let strong = strong(a, &norms, threshold);
+    let middles = Middles::new(a, halo, &place, &strong, ends);
+    let kept = near(a, halo, &place, &middles.between_others(a, &strong));
     let (start, neighbour) = neighbours(a, &kept);
     let (mut of, count) = aggregates(&start, &neighbour);
+    let count = merge(&middles.after_ends(&of), &mut of, count);
     let count = merge(groups, &mut of, count);
+    let kept = middles.reach(a, &place, &strong, kept);
     // Six unknowns an aggregate, R a node: thin layers of flat cells have little more than two nodes an aggregate.
     let mut sizes = [count as f64, a.rows as f64];
     halo.sum(&mut sizes);

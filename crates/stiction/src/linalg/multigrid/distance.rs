@@ -8,7 +8,7 @@ use crate::ranks::Halo;
 
 /// A neighbour is far if its distance exceeds this multiple of the nearest neighbour's: it lies along the long side of
 /// stretched cells. In a cube and in its tetrahedra the largest ratio is 1.74.
-const FAR: f64 = 2.0;
+pub(super) const FAR: f64 = 2.0;
 
 /// The strong blocks whose nodes are not far apart, measured by the nearest strongly coupled neighbour of each.
 ///
@@ -17,7 +17,7 @@ const FAR: f64 = 2.0;
 /// the distance Laplacian of Gee et al., ML 5.0 Smoothed Aggregation User's Guide, 2006). They are those of the
 /// [`places`].
 pub(super) fn near<const R: usize>(a: &Blocks<R, R>, halo: &Halo, place: &[[f64; 3]], strong: &[bool]) -> Vec<bool> {
-    let distance = |i: usize, j: u32| -> f64 { (0..3).map(|c| (place[i][c] - place[j as usize][c]).powi(2)).sum() };
+    let distance = |i: usize, j: u32| square_distance(place, i, j);
     let mut nearest: Vec<f64> = (0..a.rows)
         .into_par_iter()
         .map(|i| {
@@ -32,6 +32,10 @@ pub(super) fn near<const R: usize>(a: &Blocks<R, R>, halo: &Halo, place: &[[f64;
         let far = distance(i, j) > FAR.powi(2) * nearest[i].max(nearest[j as usize]);
         strong[place] && !far
     })
+}
+
+pub(super) fn square_distance(place: &[[f64; 3]], i: usize, j: u32) -> f64 {
+    (0..3).map(|c| (place[i][c] - place[j as usize][c]).powi(2)).sum()
 }
 
 /// The coordinates of the nodes from their rigid motions, and from neighbours where these do not contain them; `norms` are

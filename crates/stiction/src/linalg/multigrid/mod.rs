@@ -23,6 +23,7 @@ mod cycles;
 mod dense;
 mod distance;
 mod divided_product;
+mod middles;
 mod packed;
 mod quadratic;
 mod relative_coordinates;
@@ -158,7 +159,9 @@ impl Hierarchy {
         let (linear, step, support) = match linear {
             None => {
                 let free = without(&groups, &contact_nodes[..constrained]);
-                let Some(mut step) = aggregated(plain, &a.halo, kernel, &free, contact_nodes)? else { return Ok(None) };
+                let Some(mut step) = aggregated(plain, &a.halo, kernel, &free, None, contact_nodes)? else {
+                    return Ok(None);
+                };
                 stop.check()?;
                 if let Some(relative) = relative {
                     step = relative.transform_step(step, a, contact_nodes);
@@ -167,7 +170,7 @@ impl Hierarchy {
                 let support = Support::of_step(&step, &[contact_nodes, &ghosts].concat());
                 (None, step, support)
             }
-            Some(LinearSpace { prolongation, kernel, halo }) => {
+            Some(LinearSpace { prolongation, kernel, halo, ends }) => {
                 let Some((prolongation, matrix, a_times_p, halo)) =
                     product_of(plain, &a.halo, prolongation, halo, contact_nodes)
                 else {
@@ -184,7 +187,8 @@ impl Hierarchy {
                 let named: Vec<u32> =
                     constrained.flat_map(|&v| linear.prolongation.row(v as usize).0).copied().collect();
                 let free = without(&groups, &named);
-                let Some(step) = aggregated(&linear.matrix, &linear.halo, &linear.kernel, &free, &[])? else {
+                let Some(step) = aggregated(&linear.matrix, &linear.halo, &linear.kernel, &free, Some(&ends), &[])?
+                else {
                     return Ok(None);
                 };
                 let step = agglomerated(step);
@@ -212,7 +216,7 @@ impl Hierarchy {
         while halos[coarse.len()].total() > Threshold::COARSEST_NODES && coarse.len() < Threshold::LEVELS {
             stop.check()?;
             let halo = halos[coarse.len()].among_owners();
-            let Some(step) = coarsen(&matrix, &halo, &kernel, Threshold::STRONG_COARSE, &[], &[])? else { break };
+            let Some(step) = coarsen(&matrix, &halo, &kernel, Threshold::STRONG_COARSE, &[], None, &[])? else { break };
             let step = agglomerated(step);
             let halo = halo.only(matrix.column.iter().copied());
             let (mut level, prolongation) = (Level::new(&matrix, halo), Packed::new(&step.prolongation));
@@ -412,6 +416,7 @@ fn aggregated(
     halo: &Halo,
     kernel: &[Kernel<3>],
     groups: &[Vec<u32>],
+    ends: Option<&[[u32; 2]]>,
     contact_nodes: &[u32],
 ) -> Result<Option<Coarser<3>>, Error> {
     let copy = || copied(a, halo, kernel, contact_nodes);
@@ -419,7 +424,8 @@ fn aggregated(
         return Ok(copy());
     }
     let is_small = halo.total() <= Threshold::COARSEST_LIMIT;
-    Ok(coarsen(a, halo, kernel, Threshold::STRONG, groups, contact_nodes)?.or_else(|| is_small.then(copy).flatten()))
+    Ok(coarsen(a, halo, kernel, Threshold::STRONG, groups, ends, contact_nodes)?
+        .or_else(|| is_small.then(copy).flatten()))
 }
 
 /// Agglomerates a coarse level that has too few nodes for each rank: groups of consecutive ranks, the larger the fewer nodes

@@ -23,6 +23,8 @@ pub(crate) struct LinearSpace {
     pub kernel: Vec<Kernel<3>>,
     /// How its nodes are divided among ranks: each belongs to the rank of the corner.
     pub halo: Halo,
+    /// The ends of the edge of each of its nodes of this rank that is a middle, as far as they are among these; [`NO_NODE`] otherwise.
+    pub ends: Vec<[u32; 2]>,
 }
 
 /// An end of an edge that is no node: it is prescribed.
@@ -54,7 +56,13 @@ impl LinearSpace {
             NO_NODE => ends_of(v).for_each(|end| add_to(row.at(corner_of[end as usize]), &half(v, end))),
             own => (0..3).for_each(|c| row.at(own)[c][c] = 1.0),
         });
-        LinearSpace { prolongation, kernel: corners.iter().map(|&v| kernel[v]).collect(), halo: coarse }
+        let own = |end: u32| match corner_of.get(end as usize) {
+            Some(&corner) if (corner as usize) < coarse.own() => corner,
+            _ => NO_NODE,
+        };
+        let own_ends = |&v: &usize| ends[v].map_or([NO_NODE; 2], |ends| ends.map(own));
+        let ends = corners.iter().map(own_ends).collect();
+        LinearSpace { prolongation, kernel: corners.iter().map(|&v| kernel[v]).collect(), halo: coarse, ends }
     }
 
     /// Displacements of a node in other coordinates.

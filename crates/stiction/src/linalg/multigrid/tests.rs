@@ -12,7 +12,7 @@ pub(super) fn coarsen<const R: usize>(
     threshold: f64,
     wanted: &[u32],
 ) -> Result<Option<Coarser<R>>, Error> {
-    super::coarsen(a, &Halo::alone(a.rows), kernel, threshold, &[], wanted)
+    super::coarsen(a, &Halo::alone(a.rows), kernel, threshold, &[], None, wanted)
 }
 
 /// A lattice of springs along edges and face diagonals with steps of these lengths, weakly supported everywhere: an
@@ -235,7 +235,8 @@ fn linear_space(size: [usize; 3]) -> LinearSpace {
     let fill = |v: usize, row: &mut blocks::Row<'_, 3, 3>| rows[v].iter().for_each(|(k, block)| *row.at(*k) = *block);
     let prolongation = Blocks::from_rows(a * b * c, corners.len(), named, fill);
     let halo = Halo::alone(corners.len());
-    LinearSpace { prolongation, kernel: corners.iter().map(|&v| kernel[v]).collect(), halo }
+    let ends = vec![[NO_NODE; 2]; corners.len()];
+    LinearSpace { prolongation, kernel: corners.iter().map(|&v| kernel[v]).collect(), halo, ends }
 }
 
 #[test]
@@ -251,7 +252,7 @@ fn local_changes_of_the_linear_level_and_below_it_are_those_of_the_truncated_fun
     ];
     let constraints: Vec<NodeConstraint> = (0..nodes.len()).map(|k| kinds[k % 3]).collect();
     let (matrix, a_times_p) = galerkin(&a, &space.prolongation, &nodes).unwrap();
-    let LinearSpace { prolongation, kernel: corners, halo } = space.clone();
+    let LinearSpace { prolongation, kernel: corners, halo, .. } = space.clone();
     let step = Coarser { prolongation, a_times_p, matrix, kernel: corners, halo };
     assert_local_changes(&a, &a, &step, &nodes, &constraints);
     // The aggregated level below: functions of the linear level, truncated on the finest one.
