@@ -378,13 +378,14 @@ impl<'a> Check<'a> {
         let (x, normal) = (skin.point(t, weights), skin.normal[t as usize]);
         let body = self.outer.body[hit.triangle as usize];
         let sag = || skin.sag(t) + skin.sag(hit.triangle);
+        // One ray; the sag looks at the tree a dozen times.
         let outside = || skin.way_out(t, x, normal, body).filter(|&out| out > self.rounding);
         let Some((i, held)) = self.pair(face, other) else {
+            let depth = hit.distance.min(outside()?);
             let allowed = self.rounding + sag();
             if hit.distance <= allowed {
                 return None;
             }
-            let depth = hit.distance.min(outside()?);
             let grown = depth - self.before(t, weights, body);
             return (grown > allowed)
                 .then(|| self.overlap(OverlapKind::Unnamed, None, t, hit.triangle, weights, depth));
@@ -410,10 +411,13 @@ impl<'a> Check<'a> {
         };
         let size = [face, other].map(|face| mesh.face_area(face as usize).sqrt());
         let allowed = self.rounding + SMALL_MOTION * size[0].min(size[1]) + (stated - meshed).max(0.0);
-        if hit.distance <= allowed || hit.distance <= allowed + sag() {
+        if hit.distance <= allowed {
             return None;
         }
         outside()?;
+        if hit.distance <= allowed + sag() {
+            return None;
+        }
         let search = facts[i].pair.as_ref().map_or(0.0, |pair| pair.search);
         let kind = match held {
             true => OverlapKind::InContact,
