@@ -43,8 +43,12 @@ const BENDS: f64 = 30.0;
 /// take fewer.
 const FIXED_POINT_CYCLES: usize = 120;
 
-/// The stages in their order. Each starts from the first iterate again; where all fail the best iterate is returned, after
-/// some 200 cycles.
+/// Violation over the load up to which given friction begins at the best iterate so far. 1500 random cases take 29,162 cycles where it
+/// always begins at the first one, 28,801 with 0.05 and 28,674 with 0.3.
+const NEAR: f64 = 0.3;
+
+/// The stages in their order. Each starts from the first iterate again, the last one near the solution from the best one; where all fail
+/// that is returned, after some 200 cycles.
 pub(super) const STAGES: [Stage; 3] = [
     // The active-set iteration takes little more cycles than a linear solve. What the sets of bodies that are held do not settle on the
     // next stage finds sooner than resets. Of 300 random cases two resets save 83 of 5,805 cycles where bodies float.
@@ -81,7 +85,7 @@ pub(super) const STAGES: [Stage; 3] = [
         },
         max_resets: |_| 0,
         max_violation: |_| f64::INFINITY,
-        near: 0.3,
+        near: NEAR,
     },
 ];
 

@@ -53,19 +53,19 @@ const COUPLED_ALL_AROUND: usize = 5;
 /// each, they make a coarse matrix of 2.4 times the entries of the finest one, and with the exact coarse solution conjugate gradients take
 /// 16 cycles either way.
 const COMPONENT: usize = 6;
-/// Fewest such components, of the largest size, that a mesh must have room for: with fewer nodes its lines are about as long as it is wide,
+/// Fewest such components, of the largest size, that a mesh must have room for, on all ranks together: with fewer nodes its lines are about as long as it is wide,
 /// and no lines of a plate. 300 random cases of some hundred nodes take 5,500 cycles so, and 6,090 where all lines are aggregates.
 const COMPONENTS: usize = 300;
 
 /// Aggregates of strongly coupled nodes (Vanek, Mandel & Brezina 1996): whole neighbourhoods first, then remaining nodes
 /// join a neighbouring aggregate, then those still left form aggregates of their own. What hangs together in a few nodes only, such as a
-/// line through a plate of flat cells, is one aggregate. Returns the aggregate of each node
-/// and their number; a node without strong neighbours is an aggregate.
+/// line through a plate of flat cells, is one aggregate if there are enough nodes in `total`, those of other ranks included. Returns the
+/// aggregate of each node and their number; a node without strong neighbours is an aggregate.
 ///
 /// Nodes coupled along all axes whose neighbours all have more than twice as many neighbours come last among the centres of
 /// neighbourhoods. Where cubes are cut into five tetrahedra each, half of the nodes have 6 neighbours and the others 18: around
 /// the former aggregates would be half as large.
-pub(super) fn aggregates(start: &[usize], neighbour: &[u32]) -> (Vec<u32>, usize) {
+pub(super) fn aggregates(start: &[usize], neighbour: &[u32], total: usize) -> (Vec<u32>, usize) {
     let n = start.len() - 1;
     let neighbours = |i: usize| &neighbour[start[i]..start[i + 1]];
     let mut of = vec![NONE; n];
@@ -76,7 +76,7 @@ pub(super) fn aggregates(start: &[usize], neighbour: &[u32]) -> (Vec<u32>, usize
     };
     for i in 0..n {
         if of[i] == NONE
-            && let Some(line) = line_through(i, n, &neighbours)
+            && let Some(line) = line_through(i, total, &neighbours)
         {
             line.iter().for_each(|&j| of[j as usize] = count);
             count += 1;
@@ -115,15 +115,14 @@ pub(super) fn aggregates(start: &[usize], neighbour: &[u32]) -> (Vec<u32>, usize
 }
 
 /// Whether each node is in a short line, such as one through a plate of flat cells, which is an aggregate of its own.
-pub(super) fn in_lines(start: &[usize], neighbour: &[u32]) -> Vec<bool> {
-    let n = start.len() - 1;
+pub(super) fn in_lines(start: &[usize], neighbour: &[u32], total: usize) -> Vec<bool> {
     let neighbours = |i: usize| &neighbour[start[i]..start[i + 1]];
-    (0..n).into_par_iter().map(|i| line_through(i, n, &neighbours).is_some()).collect()
+    (0..start.len() - 1).into_par_iter().map(|i| line_through(i, total, &neighbours).is_some()).collect()
 }
 
-/// All of the `n` nodes that a node is connected with, if they are few and more than itself.
-fn line_through<'n>(i: usize, n: usize, neighbours: &impl Fn(usize) -> &'n [u32]) -> Option<Vec<u32>> {
-    if n < COMPONENTS * COMPONENT {
+/// All nodes that a node is connected with, of `total`, if they are few and more than itself.
+fn line_through<'n>(i: usize, total: usize, neighbours: &impl Fn(usize) -> &'n [u32]) -> Option<Vec<u32>> {
+    if total < COMPONENTS * COMPONENT {
         return None;
     }
     let mut found = vec![i as u32];
@@ -158,7 +157,7 @@ mod tests {
                     start.push(neighbour.len());
                 }
             }
-            let (of, count) = aggregates(&start, &neighbour);
+            let (of, count) = aggregates(&start, &neighbour, start.len() - 1);
             let mut sizes = vec![0; count];
             of.iter().for_each(|&g| sizes[g as usize] += 1);
             sizes
@@ -192,7 +191,7 @@ mod tests {
             }
             start.push(neighbour.len());
         }
-        let (of, count) = aggregates(&start, &neighbour);
+        let (of, count) = aggregates(&start, &neighbour, start.len() - 1);
         assert!(of.iter().all(|&g| (g as usize) < count));
         // A neighbourhood has 19 nodes. Around every node in turn there would be one to 14.
         let mean = of.len() as f64 / count as f64;

@@ -54,7 +54,7 @@ pub(super) fn coarsen<const R: usize>(
     let middles = Middles::new(a, halo, &place, &strong, ends);
     let kept = near(a, halo, &place, &middles.between_others(a, &strong));
     let (start, neighbour) = neighbours(a, &kept);
-    let (mut of, count) = aggregates(&start, &neighbour);
+    let (mut of, count) = aggregates(&start, &neighbour, halo.total());
     let count = merge(&middles.after_ends(&of), &mut of, count);
     let count = merge(groups, &mut of, count);
     let kept = middles.reach(a, &place, &strong, kept);

@@ -36,7 +36,7 @@ impl Middles {
             return middles;
         }
         let (start, neighbour) = neighbours(a, &near(a, halo, place, &middles.between_others(a, strong)));
-        let in_lines = in_lines(&start, &neighbour);
+        let in_lines = in_lines(&start, &neighbour, halo.total());
         let joins = |v: usize| middles.joins[v] && known(v).all(|end| in_lines[end as usize]);
         Middles::of(halo, joins, |v| ends[v])
     }
