@@ -53,8 +53,8 @@ const COUPLED_ALL_AROUND: usize = 5;
 /// each, they make a coarse matrix of 2.4 times the entries of the finest one, and with the exact coarse solution conjugate gradients take
 /// 16 cycles either way.
 const COMPONENT: usize = 6;
-/// Fewest such components, of the largest size, that a mesh must have room for, on all ranks together: with fewer nodes its lines are about as long as it is wide,
-/// and no lines of a plate. 300 random cases of some hundred nodes take 5,500 cycles so, and 6,090 where all lines are aggregates.
+/// Fewest such components, of the largest size, that a mesh must have room for, on all ranks together: with fewer nodes its lines are
+/// about as long as it is wide, and no lines of a plate. 300 random cases of some hundred nodes take 5,500 cycles so, and 6,090 where all lines are aggregates.
 const COMPONENTS: usize = 300;
 
 /// Aggregates of strongly coupled nodes (Vanek, Mandel & Brezina 1996): whole neighbourhoods first, then remaining nodes
